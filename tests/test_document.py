@@ -192,7 +192,7 @@ def test_tables_hold_every_quantity(profile):
         values, tables = profile.value(quantity.key, quantity.of), read["tables"]
         rows = (
             [read["health"]]
-            if (quantity.of, quantity.evaluation.on) == ("robot", "health")
+            if (quantity.of, quantity.computation.on) == ("robot", "health")
             else tables.get(TABLES[quantity.of], [])
         )
         if quantity.key.startswith(("most_severe", "least_severe")):

@@ -28,7 +28,7 @@ from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
 from shockpc.landing.scenes.scene_file import robot_of
-from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.quantity import quantity_values
 from shockpc.quantities.selection import select
 from shockpc.robot.mjcf.compiled import compiled
 from shockpc.text.errors import RobotError, SceneError, SolveError, UnknownName
@@ -401,7 +401,7 @@ def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(
     )
     places = profile.places("joint")
     moments, forces = (
-        evaluate(select(f"joint.{key}").quantity, double, places)[0, 0]
+        quantity_values(select(f"joint.{key}").quantity, double, places)[0, 0]
         for key in ("moment", "force")
     )
     assert [place.name for place in places] == names

@@ -30,12 +30,12 @@ from shockpc.evaluation.budgets import Budget
 from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.landed import solved
-from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.quantity import quantity_values
 from shockpc.quantities.renamed import RenamedQuantity
 from shockpc.quantities.selection import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
 
-COMMON = [entry for entry in QUANTITIES if entry.evaluation.postures == "many"]
+COMMON = [entry for entry in QUANTITIES if entry.computation.postures == "many"]
 
 
 def in_doubles(landing, strikes=None):
@@ -56,7 +56,7 @@ def assert_same(profile, impact, strike, places):
         if not chosen:
             continue
         double, exact = (
-            evaluate(entry, impact, chosen)[0],
+            quantity_values(entry, impact, chosen)[0],
             profile.value(entry.key, entry.of, chosen),
         )
         double = double[min(strike, len(double) - 1)]

@@ -32,7 +32,7 @@ from shockpc.impact.landed import solved
 from shockpc.landing.joint_model import joint_model
 from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.profile import profile_of
-from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.quantity import quantity_values
 from shockpc.quantities.selection import quantity
 from shockpc.robot.changes import changed, read_changes
 
@@ -323,7 +323,7 @@ def test_a_range_changes_the_rotor_in_its_link_too():
     along, joints = quantity("joint", "along"), landing.places("joint")
     loads = other.value("along", "joint")
     np.testing.assert_allclose(
-        evaluate(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max()
+        quantity_values(along, found, joints)[0, 0], loads, atol=2e-3 * np.abs(loads).max()
     )
 
 

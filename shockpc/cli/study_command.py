@@ -269,7 +269,8 @@ def refuse_unasked(
     wanted = {
         "imu-bandwidth": of_sensors,
         "pulse": any(
-            entry.evaluation.exact == "rigid" or entry.key.startswith("peak_g") for entry in entries
+            entry.computation.exact == "rigid" or entry.key.startswith("peak_g")
+            for entry in entries
         ),
         "range-g": any(entry.key == "range_share" for entry in entries),
         "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),

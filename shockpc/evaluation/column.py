@@ -179,7 +179,7 @@ def _refuse_unusable(selection: Selection) -> None:
         StudyError: it is either 0 or 1, or computed in one posture at a time.
     """
     quantity = selection.quantity
-    if not quantity.decided_by_ground and quantity.evaluation.on == "scene":
+    if not quantity.decided_by_ground and quantity.computation.on == "scene":
         return
     why = "it is computed in one posture at a time"
     if quantity.relations.role:

@@ -19,7 +19,7 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.method.equation import Equation
 from shockpc.profile import needs_proof
-from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.quantity import Quantity, quantity_values
 from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import ShockError, SolveError, StudyError
@@ -249,7 +249,7 @@ def _has_doubles(quantity: Quantity, scene: Scene, more: bool) -> bool:
     """True if many postures of a scene have values in double precision; `more` as above."""
     if not quantity.per_landing(scene):
         return True
-    evaluation = quantity.evaluation
+    evaluation = quantity.computation
     return evaluation.postures == "clear" and (more or evaluation.exact == "never")
 
 
@@ -262,7 +262,7 @@ def _values_of_quantity(
         return {}
     # One of the columns of a place stands for all components of a vector there.
     index = {name: k for k, name in enumerate(places)}
-    numbers = evaluate(quantity, impact, list(places.values()))
+    numbers = quantity_values(quantity, impact, list(places.values()))
     values: dict[str, Array] = {}
     for column in wanted:
         if column.place.name in index:

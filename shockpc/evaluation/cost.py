@@ -165,7 +165,7 @@ class ShockCost:
             return True
         entries = {term.column.selection.quantity for term in self.terms}
         return any(
-            entry.per_landing(first.scene) and entry.evaluation.postures != "clear"
+            entry.per_landing(first.scene) and entry.computation.postures != "clear"
             for entry in entries
         )
 

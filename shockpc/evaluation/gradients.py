@@ -26,7 +26,7 @@ from shockpc.quantities.ground.heights import (
     reach_rates,
 )
 from shockpc.quantities.ground.support import OVERHANG, overhang_rates
-from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.quantity import quantity_values
 
 OF_POSTURE = (*HEIGHTS, OVERHANG)
 """Quantities that do not depend on the strike."""
@@ -196,11 +196,11 @@ class _ImpactSlopes:
         n, S = strikes.shape[:2]
         d = self.motions.along.shape[-1]
         places = [column.place]
-        numbers = column.selection.scalar(evaluate(quantity, self.impact, places)[:, :, 0])
+        numbers = column.selection.scalar(quantity_values(quantity, self.impact, places)[:, :, 0])
 
         # dy = v dA + dv A, each (N, S, d, components).
-        A = evaluate(linear, self.by_strike, places).reshape(n, 3, -1)
-        dA = evaluate(linear, self.by_motion, places).reshape(n, 3, -1)
+        A = quantity_values(linear, self.by_strike, places).reshape(n, 3, -1)
+        dA = quantity_values(linear, self.by_motion, places).reshape(n, 3, -1)
         by_motion = (strikes @ dA).reshape(n, S, d, -1)
         by_turn = (self.motions.turns @ A[:, None]).swapaxes(1, 2)
         dy = by_motion + by_turn

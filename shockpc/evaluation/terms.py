@@ -135,7 +135,7 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     """
     selection, places = selected(landing, text)
     entry = selection.quantity
-    if entry.evaluation.on == "health" or entry.relations.role:
+    if entry.computation.on == "health" or entry.relations.role:
         raise StudyError(
             f"{selection.name} ({entry.title}) cannot be followed here; choose another quantity"
         )

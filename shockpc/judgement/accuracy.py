@@ -137,7 +137,7 @@ def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
         yield Diagnostic("posture", profile.robot.name, row_space.discarded, text)
 
 
-def contact_impulses(profile: ShockProfile) -> Array:
+def impulse_sizes(profile: ShockProfile) -> Array:
     """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
     return np.asarray(np.nan_to_num(np.linalg.norm(profile.value("impulse", "contact"), axis=1)))
 
@@ -177,7 +177,7 @@ def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     through = profile.value("joint_impulse", "joint")
     masses = profile.value("effective_mass", "contact")
     numbers = (
-        _Bounded("size", "impulse of contact", "N s", most, contacts, contact_impulses(profile)),
+        _Bounded("size", "impulse of contact", "N s", most, contacts, impulse_sizes(profile)),
         _Bounded("size", "impulse through joint", "N s", most, joints, through),
         _Bounded("contact", "effective mass of contact", "kg", mass, contacts, masses),
     )
@@ -209,7 +209,7 @@ def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
     loads = zip(names, impulses, strict=True)
     name, most = max(loads, key=lambda load: load[1], default=("", 0.0))
     total = float(np.linalg.norm(profile.total_impulse))
-    contact = max(float(contact_impulses(profile).max()), total)
+    contact = max(float(impulse_sizes(profile).max()), total)
     if not most > STRAIN * contact:
         return
     if not any(warning.kind == "size" for warning in oversized(profile)):
@@ -226,7 +226,7 @@ def _small_differences(profile: ShockProfile) -> Iterator[tuple[Quantity, list[P
 
     They are the speed, radii of percussion, and impulses.
     """
-    impulse = contact_impulses(profile)
+    impulse = impulse_sizes(profile)
     pressed = impulse > RESTING_SHARE * impulse.max(initial=0.0)
     results = (
         (quantity("robot", "v_in"), np.array([True])),

@@ -23,7 +23,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.scenes.scene import Contact
 from shockpc.method.exact.arithmetic import SingularError
-from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.quantity import Quantity, quantity_values
 from shockpc.quantities.selection import Selection, quantity, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import SceneError, SolveError
@@ -147,7 +147,7 @@ def ranges_of(
     """The ranges of a number of a profile at several places over the drives, each as `range_of`."""
     landing, wanted = profile.landing, selection.quantity
     ranges: list[Range | None] = [None] * len(places)
-    if wanted.evaluation.on != "scene" or not has_range(landing):
+    if wanted.computation.on != "scene" or not has_range(landing):
         return ranges
     values = profile.numbers(selection, places)
     reached = []
@@ -335,7 +335,7 @@ def _followed(
     if not changes:
         return []
     impacts = drive_response(landing).at(landing, changes)
-    return list(selection.scalar(evaluate(selection.quantity, impacts, places))[0])
+    return list(selection.scalar(quantity_values(selection.quantity, impacts, places))[0])
 
 
 def _kind(landing: PosedLanding, selection: Selection, place: Place) -> Kind:
@@ -407,7 +407,7 @@ def _vectors(landing: PosedLanding, selection: Selection, place: Place) -> tuple
         jump, beside = _jump_beside(landing, selection, place)
         linear = _Linear(jump.quantity, beside)
     every = response.combined(landing, np.eye(1 + len(response.columns)))
-    vectors = evaluate(linear.quantity, every, [linear.place])[0, :, 0]
+    vectors = quantity_values(linear.quantity, every, [linear.place])[0, :, 0]
     vectors = vectors.reshape(len(vectors), -1)
     if linear.axis is not None:
         vectors = vectors[:, linear.axis, None]
@@ -453,8 +453,8 @@ def _values_of(
         equation, solution, jumps = solved(landing)
         in_body = in_body_axes(jumps, equation.state.rotation)
         impact = DoubleImpact(landing, equation, solution, in_body)
-        numbers = selection.scalar(evaluate(wanted, impact, there))[0, 0]
-        if np.isnan(numbers).any() and wanted.evaluation.postures != "many":
+        numbers = selection.scalar(quantity_values(wanted, impact, there))[0, 0]
+        if np.isnan(numbers).any() and wanted.computation.postures != "many":
             exact = proven(landing).read(wanted.compute, there, size=wanted.size)
             numbers = selection.scalar(exact)[0, 0]
         values[known] = numbers

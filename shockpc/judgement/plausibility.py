@@ -173,7 +173,7 @@ def _looks_like_radians(degrees: dict[str, float]) -> Iterator[Diagnostic]:
     yield Diagnostic("unit", "angles", largest, text)
 
 
-def inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
+def large_inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning of links with moments of inertia that no body within the robot has.
 
     They are placeholders, or in another unit.

@@ -47,16 +47,16 @@ def each_flag(values: Array) -> np.ndarray:
     return np.asarray(values > 0.0)
 
 
-def vector(values: Array) -> Array:
+def only_vector(values: Array) -> Array:
     """The vector (3,) of the only place."""
     return np.asarray(values[0])
 
 
-def number(values: Array) -> float:
+def only_number(values: Array) -> float:
     """The number of the only place."""
     return float(values[0])
 
 
-def number_or_none(values: Array) -> float | None:
+def only_number_or_none(values: Array) -> float | None:
     """The number of the only place; None where it has none."""
     return None if np.isnan(values[0]) else float(values[0])

@@ -21,15 +21,15 @@ from shockpc.quantities.of_points import (
     world_position,
 )
 from shockpc.quantities.quantity import (
-    Evaluation,
+    Computation,
     Places,
     Quantity,
     Relations,
     Scope,
-    cached,
     largest_jump,
     largest_shock,
     of_ratio,
+    once_per_impact,
     reach,
 )
 from shockpc.quantities.trust import Health
@@ -101,7 +101,7 @@ def _normal(impact: Impact, places: Places) -> Any:
     return np.sum(rotation * normal, axis=-2)[:, None]
 
 
-@cached
+@once_per_impact
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
     """(N, S, n) bool twice, True for bodies that do not rotate in the plane, and not at all.
 
@@ -117,7 +117,7 @@ def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
     return translation(omega, v, normal, v_in, impact.landing.length, ROUNDED)
 
 
-@cached
+@once_per_impact
 def _percussion(impact: Impact, places: Places) -> Percussion:
     """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
     translates, still = translations(impact, places)
@@ -163,7 +163,7 @@ def _out_of_plane(impact: Impact, places: Places) -> Any:
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
-@cached
+@once_per_impact
 def _extremes(impact: Impact, places: Places) -> Array:
     """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps.
 
@@ -389,7 +389,7 @@ BODIES = (
         "1",
         "greater",
         _error_bounds,
-        evaluation=Evaluation("health", postures="one"),
+        computation=Computation("health", postures="one"),
     ),
     Quantity(
         "delta_v_max",

@@ -21,8 +21,8 @@ from shockpc.quantities.quantity import (
     Quantity,
     Relations,
     Scope,
-    cached,
     of_ratio,
+    once_per_impact,
     reach,
 )
 
@@ -174,7 +174,7 @@ def _twist_needed(impact: Impact, places: Places) -> Any:
     return np.stack(needed, axis=-1)
 
 
-@cached
+@once_per_impact
 def pull(impact: Impact, places: Places) -> Any:
     """Impulses (N, S, n) with which the ground would have to pull [N s].
 
@@ -268,7 +268,7 @@ CONTACTS = (
         "greater",
         resistance("sticking"),
         scope=Scope(STANDS, strikes=True),
-        evaluation=IN_DOUBLES_WHERE_CLEAR,
+        computation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "effective_mass_frictionless",
@@ -278,7 +278,7 @@ CONTACTS = (
         "greater",
         resistance("frictionless"),
         scope=Scope(STANDS, strikes=True),
-        evaluation=IN_DOUBLES_WHERE_CLEAR,
+        computation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "mitigation",
@@ -289,7 +289,7 @@ CONTACTS = (
         resistance("mitigation"),
         of_ratio,
         scope=Scope(MITIGATION),
-        evaluation=IN_DOUBLES_WHERE_CLEAR,
+        computation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "mitigation_frictionless",
@@ -300,7 +300,7 @@ CONTACTS = (
         resistance("mitigation_frictionless"),
         of_ratio,
         scope=Scope(MITIGATION),
-        evaluation=IN_DOUBLES_WHERE_CLEAR,
+        computation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "moment",
@@ -321,7 +321,7 @@ CONTACTS = (
         "greater",
         resistance("effective"),
         scope=Scope(STANDS, strikes=True),
-        evaluation=IN_DOUBLES_WHERE_CLEAR,
+        computation=IN_DOUBLES_WHERE_CLEAR,
     ),
     Quantity(
         "centre_of_pressure",

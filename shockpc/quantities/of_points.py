@@ -16,14 +16,14 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.quantity import (
     EXACT_IF_RIGID,
-    Evaluation,
+    Computation,
     Places,
     Quantity,
     Relations,
     Scope,
-    cached,
     largest_jump,
     largest_shock,
+    once_per_impact,
     reach,
 )
 
@@ -164,8 +164,8 @@ def world_position(impact: Impact, places: Places) -> Any:
     return (impact.points([place.body for place in places], _r(impact, places)) + origin)[:, None]
 
 
-@cached
-def directions(impact: Impact, places: Places) -> ExtremeDirections:
+@once_per_impact
+def most_and_least_severe(impact: Impact, places: Places) -> ExtremeDirections:
     """The extreme impact directions (N, 1, n, ...) of points, in double precision.
 
     They are right to 1e-15 of the largest shock.
@@ -181,7 +181,7 @@ def directions(impact: Impact, places: Places) -> ExtremeDirections:
     )
 
 
-@cached
+@once_per_impact
 def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
     """The most severe impact directions (N, 1, n, 3) of points and the shocks there (N, 1, n).
 
@@ -189,7 +189,7 @@ def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
     """
     maps = _maps(impact, places)
     if len(maps) == 1:
-        return directions(impact, places)[:2]
+        return most_and_least_severe(impact, places)[:2]
     direction, shock = most_severe_direction(maps.reshape(-1, 3, 3), impact.landing.up)
     return direction.reshape(len(maps), 1, len(places), 3), shock.reshape(len(maps), 1, len(places))
 
@@ -254,7 +254,7 @@ AT_CENTRE = (
         "least severe impact direction, world axes",
         "1",
         "neither",
-        lambda i, p: directions(i, p).least_severe,
+        lambda i, p: most_and_least_severe(i, p).least_severe,
         form="vector",
     ),
     Quantity(
@@ -263,7 +263,7 @@ AT_CENTRE = (
         "shock of the least severe impact direction",
         "1",
         "greater",
-        lambda i, p: directions(i, p).least_severe_shock,
+        lambda i, p: most_and_least_severe(i, p).least_severe_shock,
     ),
     Quantity(
         "peak_g",
@@ -305,7 +305,7 @@ POINTS = (
         readings,
         largest_reading,
         scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
         relations=Relations(also=("friction",)),
     ),
     Quantity(
@@ -318,7 +318,7 @@ POINTS = (
         largest_reading,
         form="vector",
         scope=Scope(NO_BANDWIDTH, lacks=lacks_bandwidth),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
         relations=Relations(also=("friction",)),
     ),
     Quantity(
@@ -330,7 +330,7 @@ POINTS = (
         shock,
         largest_shock,
         scope=Scope("not solvable with free joints"),
-        evaluation=Evaluation("free", postures="one"),
+        computation=Computation("free", postures="one"),
     ),
     Quantity(
         "shock_locked",
@@ -341,7 +341,7 @@ POINTS = (
         shock,
         largest_shock,
         scope=Scope("not solvable with locked joints"),
-        evaluation=Evaluation("locked", postures="one"),
+        computation=Computation("locked", postures="one"),
     ),
     Quantity(
         "shock_springs_free",
@@ -352,6 +352,6 @@ POINTS = (
         shock,
         largest_shock,
         scope=Scope("no joint has a spring, or not solvable"),
-        evaluation=Evaluation("springs_free", postures="one"),
+        computation=Computation("springs_free", postures="one"),
     ),
 )

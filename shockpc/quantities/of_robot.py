@@ -12,7 +12,7 @@ from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import constraint_point
 from shockpc.quantities.ground.heights import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
-from shockpc.quantities.quantity import Evaluation, Places, Quantity, Relations, Scope, of_ratio
+from shockpc.quantities.quantity import Computation, Places, Quantity, Relations, Scope, of_ratio
 
 DRIVEN = "a motor holds the rate of a joint and does work"
 
@@ -227,7 +227,7 @@ def _health(
         unit,
         worse,
         lambda health, _: [getattr(health, key)],
-        evaluation=Evaluation("health", postures="one"),
+        computation=Computation("health", postures="one"),
     )
 
 

@@ -37,7 +37,7 @@ class Scope(NamedTuple):
     shared: bool = False
 
 
-class Evaluation(NamedTuple):
+class Computation(NamedTuple):
     """Arithmetic in which a quantity is computed, and of what.
 
     Attributes:
@@ -83,9 +83,9 @@ class Relations(NamedTuple):
     length_of: "Quantity | None" = None
 
 
-EXACT_IF_RIGID = Evaluation(exact="rigid")
-IN_DOUBLES_WHERE_CLEAR = Evaluation(postures="clear")
-IN_DOUBLES = Evaluation(postures="one", exact="never")
+EXACT_IF_RIGID = Computation(exact="rigid")
+IN_DOUBLES_WHERE_CLEAR = Computation(postures="clear")
+IN_DOUBLES = Computation(postures="one", exact="never")
 
 
 class Quantity(NamedTuple):
@@ -106,7 +106,7 @@ class Quantity(NamedTuple):
             from zero; a "vector" (3,), whose length is taken where one number is needed; or a
             "flag", 1 or 0, which documents write as true or false.
         scope: where it has values.
-        evaluation: how it is computed.
+        computation: how it is computed.
         relations: what it has to do with others.
     """
 
@@ -119,7 +119,7 @@ class Quantity(NamedTuple):
     size: Callable[[Impact, Array], Any] = lambda impact, values: 0.0
     form: Literal["number", "signed", "vector", "flag"] = "number"
     scope: Scope = Scope()
-    evaluation: Evaluation = Evaluation()
+    computation: Computation = Computation()
     relations: Relations = Relations()
 
     @property
@@ -149,16 +149,16 @@ class Quantity(NamedTuple):
 
     def per_landing(self, scene: Scene) -> bool:
         """True if it is computed in one posture at a time, for a landing of a scene."""
-        on_stiffness = self.evaluation.exact == "rigid" and scene.yields
-        return self.evaluation.postures != "many" or on_stiffness
+        on_stiffness = self.computation.exact == "rigid" and scene.yields
+        return self.computation.postures != "many" or on_stiffness
 
     def of_ground(self, scene: Scene) -> bool:
         """True if it depends on the friction or on the contact stiffness of a scene.
 
         It is then computed in double precision.
         """
-        on_stiffness = self.evaluation.exact == "rigid" and scene.yields
-        return self.evaluation.exact == "never" or on_stiffness
+        on_stiffness = self.computation.exact == "rigid" and scene.yields
+        return self.computation.exact == "never" or on_stiffness
 
     def title_at(self, place: str, component: str = "") -> str:
         """The title with the name of a place, such as "largest shock over base" or "shock at imu".
@@ -185,8 +185,8 @@ class Quantity(NamedTuple):
     @property
     def note(self) -> str:
         """Remarks that a user has to know."""
-        one_posture = self.evaluation.postures != "many"
-        exact = self.evaluation.exact
+        one_posture = self.computation.postures != "many"
+        exact = self.computation.exact
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
@@ -199,7 +199,7 @@ class Quantity(NamedTuple):
         return "; ".join(text for text, holds in remarks.items() if holds)
 
 
-def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
+def once_per_impact(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
     """A formula that several quantities share, computed once for an impact and places.
 
     Its arrays cannot be written to.
@@ -218,7 +218,7 @@ def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places],
     return remembered
 
 
-def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
+def quantity_values(quantity: Quantity, impact: Impact, places: Places) -> Array:
     """The values (N, S, n, ...) of a quantity at some places, as doubles.
 
     Raises:

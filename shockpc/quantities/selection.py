@@ -64,7 +64,7 @@ WITHOUT_SYMBOLS = frozenset(
 
 def has_symbols(quantity: Quantity) -> bool:
     """True if the numbers of a quantity can be written in symbols, for any posture."""
-    computed = quantity.evaluation.postures == "many" and not quantity.relations.role
+    computed = quantity.computation.postures == "many" and not quantity.relations.role
     return computed and quantity.of != "part" and quantity.key not in WITHOUT_SYMBOLS
 
 

@@ -22,9 +22,9 @@ from shockpc.quantities.attribute import (
     OfQuantity,
     each_flag,
     each_value,
-    number,
-    number_or_none,
-    vector,
+    only_number,
+    only_number_or_none,
+    only_vector,
 )
 from shockpc.quantities.contact_mass import mass_of_contacts
 from shockpc.quantities.records import (
@@ -36,7 +36,7 @@ from shockpc.quantities.records import (
     StanceImpulse,
     brackets,
     contact_impulses,
-    directions,
+    extreme_directions,
     joint_loads,
     part_margins,
     point_shocks,
@@ -145,7 +145,7 @@ class ShockProfile(LandingValues):
             """A quantity by its former key."""
             return renamed_attribute(self, name)
 
-    v_in = OfQuantity("robot", number)
+    v_in = OfQuantity("robot", only_number)
     position = OfQuantity("body", each_value)
     copc = OfQuantity("body", each_value)
     copc_world = OfQuantity("body", each_value)
@@ -156,10 +156,10 @@ class ShockProfile(LandingValues):
     shock_com = OfQuantity("body", each_value)
     shock_min = OfQuantity("body", each_value)
     shock_max = OfQuantity("body", each_value)
-    total_impulse = OfQuantity("robot", vector)
-    total_moment = OfQuantity("robot", vector)
-    energy_lost = OfQuantity("robot", number)
-    energy_share = OfQuantity("robot", number_or_none)
+    total_impulse = OfQuantity("robot", only_vector)
+    total_moment = OfQuantity("robot", only_vector)
+    energy_lost = OfQuantity("robot", only_number)
+    energy_share = OfQuantity("robot", only_number_or_none)
 
     @property
     def reference_velocities(self) -> Array:
@@ -222,7 +222,7 @@ class ShockProfile(LandingValues):
     @cached_property
     def directions(self) -> ExtremeDirections:
         """Most and least severe impact directions of the bodies' centres of mass."""
-        return directions(self, "body")
+        return extreme_directions(self, "body")
 
     @cached_property
     def points(self) -> tuple[PointShock, ...]:

@@ -16,7 +16,7 @@ from shockpc.impact.landed import LandingProof, residual
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.scenes.strike import GRAVITY
-from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.quantity import quantity_values
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 
@@ -110,7 +110,7 @@ def _matrices(impact: DoubleImpact, kind: PlaceKind, keys: tuple[str, ...]) -> A
     places = impact.landing.places(kind)
     components = []
     for key in keys:
-        values = evaluate(quantity(kind, key), impact, places)[0]
+        values = quantity_values(quantity(kind, key), impact, places)[0]
         width = math.prod(values.shape[2:])
         components.append(values.reshape(*values.shape[:2], width))
     values = np.concatenate(components, axis=-1)

@@ -134,7 +134,7 @@ class LandingValues(OfLanding):
 
     def _of_moving(self, wanted: Quantity, places: list[Place]) -> Any:
         """The values of a quantity at places that move; NaN where a companion has no verdict."""
-        on = wanted.evaluation.on
+        on = wanted.computation.on
         if on == "health":
             return wanted.compute(self.health, places)
         proof = self.proof if on == "scene" else self.proof_with(on)

@@ -55,7 +55,7 @@ def where_given(
     return entry._replace(
         compute=compute,
         scope=Scope(missing, shared=entry.scope.shared),
-        evaluation=IN_DOUBLES,
+        computation=IN_DOUBLES,
         relations=Relations(),
     )
 
@@ -83,7 +83,9 @@ def _with_friction(entry: Quantity) -> Quantity:
             return no_values(entry, places)
         return np.asarray(entry.compute(sliding, places))
 
-    return single._replace(compute=compute, evaluation=single.evaluation._replace(postures="clear"))
+    return single._replace(
+        compute=compute, computation=single.computation._replace(postures="clear")
+    )
 
 
 def _sliding(

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, TypeAlias
 from shockpc.evaluation.comparison import Comparison, Differences
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, MOVED, End
+from shockpc.landing.contact import contact_name
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import other_warnings, strike_text, unknown_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import contact_name
 from shockpc.text.diagnostic import alike
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import count, few
@@ -90,7 +90,7 @@ def _header(comparison: Comparison) -> list[tuple[str, str]]:
         lines.append(
             (
                 letter,
-                f"{design.label}: on {contact_name(profile)}, {strike_text(profile)}, joints "
+                f"{design.label}: on {contact_name(profile.scene)}, {strike_text(profile)}, joints "
                 f"{profile.joint_model}, {mass:.4g} kg",
             )
         )

@@ -13,6 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.springs import spring_time
 from shockpc.judgement.accuracy import SHARE
 from shockpc.judgement.unknowns import merged
+from shockpc.landing.contact import contact_name
 from shockpc.landing.end_stops import side_of
 from shockpc.landing.scenes.joint_options import Rotor
 from shockpc.landing.scenes.scene_file import sideways
@@ -23,7 +24,7 @@ from shockpc.robot.bodies_and_joints import WORLD
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import hangs, usual_base
-from shockpc.show.wording import contact_name, number_text, vector_text
+from shockpc.show.wording import number_text, vector_text
 from shockpc.text.diagnostic import Diagnostic, alike
 from shockpc.text.printed import count, few, listed, printable
 from shockpc.text.wings import from_wings
@@ -65,7 +66,7 @@ def landing_text(profile: ShockProfile) -> str:
     robot, contacts = profile.robot, profile.landing.contacts
     held = ", the base held" if hangs(robot, profile.landing.base) else ""
     if len(contacts) == 1:
-        return f"{contact_name(profile)} only{held}"
+        return f"{contact_name(profile.scene)} only{held}"
     feet_of_robot = each_foot(robot)
     on_feet = False
     if recognised(robot):
@@ -76,7 +77,7 @@ def landing_text(profile: ShockProfile) -> str:
         number = len(feet_of_robot)
         which = "both" if number == 2 else f"all {number_text(number)}"
         return f"{which} feet together{held}"
-    return f"{contact_name(profile)} together{held}"
+    return f"{contact_name(profile.scene)} together{held}"
 
 
 def landings_text(landings: Mapping[str, ShockProfile]) -> str:
@@ -375,7 +376,7 @@ def other_warnings(profile: ShockProfile) -> list[Diagnostic]:
     return [warning for warning in profile.health.warnings if warning.text not in said]
 
 
-def warning_lines(profile: ShockProfile) -> list[str]:
+def other_warning_lines(profile: ShockProfile) -> list[str]:
     """The warnings of a landing, after `unknown_lines`."""
     return [f"warning: {warning}" for warning in other_warnings(profile)]
 

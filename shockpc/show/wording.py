@@ -43,11 +43,6 @@ def robot_line(robot: Robot) -> tuple[str, str]:
     return "robot", f"{robot.label} ({robot.name}, {moving.sum():.4g} kg)"
 
 
-def contact_name(profile: ShockProfile) -> str:
-    """The contacts of a landing, as they are typed."""
-    return "+".join(contact.frame for contact in profile.scene.contact)
-
-
 SEPARATORS = "_-. /:"
 """Characters at which names of contacts are shortened."""
 
@@ -175,7 +170,7 @@ def proof_lines(
             f"{largest:.0e} of the point's most severe shock"
         )
     in_doubles = [
-        column.name for column in columns if column.selection.quantity.evaluation.exact != "always"
+        column.name for column in columns if column.selection.quantity.computation.exact != "always"
     ]
     if in_doubles:
         yield f"in double precision: {few(in_doubles, 4)}"

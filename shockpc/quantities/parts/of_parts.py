@@ -335,7 +335,7 @@ PARTS = (
             parts_of="point",
             lacks=_lacks_peak,
         ),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
     Quantity(
         "filtered_peak",
@@ -348,7 +348,7 @@ PARTS = (
         scope=Scope(
             f"the part has no bandwidth; or {OF_A_JOINT}", parts_of="point", lacks=lacks_bandwidth
         ),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
     Quantity(
         "acceleration_margin",
@@ -360,7 +360,7 @@ PARTS = (
         scope=Scope(
             f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}", parts_of="point"
         ),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
     Quantity(
         "along",
@@ -382,7 +382,7 @@ PARTS = (
         _of_joints(_part_torque),
         _part_torque_size,
         scope=Scope(f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}", parts_of="joint"),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
     Quantity(
         "part_margin",
@@ -392,7 +392,7 @@ PARTS = (
         "less",
         part_margin,
         scope=Scope(f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}"),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
     Quantity(
         "joint_torque_share",
@@ -406,6 +406,6 @@ PARTS = (
             f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the "
             f"duration of the torque; or {REDUNDANT}"
         ),
-        evaluation=EXACT_IF_RIGID,
+        computation=EXACT_IF_RIGID,
     ),
 )

@@ -19,7 +19,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
-from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, evaluate
+from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, quantity_values
 from shockpc.quantities.with_friction import friction_result
 
 AXES = "x", "y", "z"
@@ -103,7 +103,7 @@ def _of_pulse(
     scale = np.array([peak_of(landing.pulse, one) for one in filters])[:, None] / GRAVITY
     causes = []
     for text, one in impacts.items():
-        jumps = evaluate(DELTA_V, one, places)[0]
+        jumps = quantity_values(DELTA_V, one, places)[0]
         sizes = _along_axes(landing, places, jumps, np.linalg.norm(jumps, axis=2))
         causes.append((text, sizes * scale))
     return causes
@@ -166,6 +166,6 @@ RANGES = (
         "greater",
         _shares,
         scope=Scope("the scene gives no range"),
-        evaluation=IN_DOUBLES,
+        computation=IN_DOUBLES,
     ),
 )

@@ -24,7 +24,7 @@ from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import draw_row
 from shockpc.show.figure.style import CURVES, INK, PAPER
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import PlaneView, view_of
 from shockpc.show.figure.window import Window, windows_of
 from shockpc.text.printed import count, printable
 
@@ -188,7 +188,7 @@ def _heading(
     return lines
 
 
-def _views(comparison: Comparison, drawn: Sequence[int], points: Sequence[str]) -> list[View]:
+def _views(comparison: Comparison, drawn: Sequence[int], points: Sequence[str]) -> list[PlaneView]:
     """The pictures, with these points; partners have one number, and one letter."""
     first = _with_points(view_of(comparison.profiles[0]), comparison.profiles[0], points)
     views = [first]
@@ -202,7 +202,7 @@ def _views(comparison: Comparison, drawn: Sequence[int], points: Sequence[str]) 
     return views
 
 
-def _with_points(view: View, profile: ShockProfile, names: Sequence[str]) -> View:
+def _with_points(view: PlaneView, profile: ShockProfile, names: Sequence[str]) -> PlaneView:
     """A picture with only these points, as far as the design has them."""
     known = [point.frame for point in profile.points]
     rows = [known.index(name) for name in names if name in known]
@@ -265,7 +265,7 @@ def _shares(row: Difference) -> list[float]:
     return [float(share) for share in np.array(row.shares, dtype=float)]
 
 
-def _label(row: Difference, section: Differences, view: View, points: Sequence[str]) -> str:
+def _label(row: Difference, section: Differences, view: PlaneView, points: Sequence[str]) -> str:
     """Name of a row, with the number or letter that it has in the picture."""
     name = printable(row.place)
     kind = section.selection.quantity.of

@@ -18,7 +18,7 @@ from shockpc.show.figure.field import Field
 from shockpc.show.figure.labels import PALE, Labels
 from shockpc.show.figure.silhouette import PlaneShape
 from shockpc.show.figure.style import BANDS, EDGES, INK, PAPER, band, faded
-from shockpc.show.figure.view import View
+from shockpc.show.figure.view import PlaneView
 from shockpc.show.figure.window import Window
 
 GOLD = "#ffd24d"
@@ -96,7 +96,7 @@ WHOLE = 0.75
 """
 
 
-def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0) -> None:
+def draw_bodies(axes: Axes, view: PlaneView, fine: float = 4000.0, scale: float = 1.0) -> None:
     """Paint every body, farthest first, on axes in plane coordinates [m].
 
     Args:
@@ -173,7 +173,7 @@ def outlined(axes: Axes, region: PlaneShape, detail: float, **style: Any) -> Pat
     return patch
 
 
-def draw_marks(axes: Axes, view: View, window: Window) -> None:
+def draw_marks(axes: Axes, view: PlaneView, window: Window) -> None:
     """Draw all marks over the bodies on axes that show a window."""
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     visible: dict[int, Array] = {}
@@ -201,12 +201,12 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
         labels.on_line(line, _numbers(view, same), faint=same[0] in view.faint)
 
 
-def _numbers(view: View, bodies: Sequence[int]) -> str:
+def _numbers(view: PlaneView, bodies: Sequence[int]) -> str:
     return ", ".join(str(view.numbers[i]) for i in bodies)
 
 
 def _draw_signs(
-    axes: Axes, view: View, window: Window, labels: Labels, visible: Mapping[int, Array]
+    axes: Axes, view: PlaneView, window: Window, labels: Labels, visible: Mapping[int, Array]
 ) -> None:
     """Draw joints, centres of percussion and sensors, and keep labels off them."""
     firm: list[Array] = []
@@ -226,7 +226,9 @@ def _draw_signs(
             labels.keep_free(place, room)
 
 
-def _near_one_another(view: View, window: Window, visible: Mapping[int, Array]) -> list[list[int]]:
+def _near_one_another(
+    view: PlaneView, window: Window, visible: Mapping[int, Array]
+) -> list[list[int]]:
     """Bodies whose centres of percussion are so near one another that they have one label."""
     groups: list[list[int]] = []
     for i, centre in visible.items():
@@ -241,7 +243,7 @@ def _near_one_another(view: View, window: Window, visible: Mapping[int, Array]) 
 
 
 def _draw_circles(
-    axes: Axes, view: View, window: Window, visible: Mapping[int, Array]
+    axes: Axes, view: PlaneView, window: Window, visible: Mapping[int, Array]
 ) -> list[list[int]]:
     """Draw the circles of radius RoPc that are mostly visible; bodies with the same circle."""
     circles: dict[tuple[Any, ...], list[int]] = {}
@@ -268,7 +270,7 @@ def letter(index: int) -> str:
     return before + chr(ord("a") + index % 26)
 
 
-def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
+def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 1.0) -> None:
     """Draw the velocity of each contact: an arrow, or a ring if almost perpendicular to the plane.
 
     Marks may be smaller.
@@ -303,7 +305,7 @@ def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) 
         )
 
 
-def _tags(view: View, labels: Labels) -> None:
+def _tags(view: PlaneView, labels: Labels) -> None:
     """Write the number of every numbered body on its visible part."""
     nearer: PlaneShape = shapely.MultiPolygon()
     for drawn in reversed(view.drawn):

@@ -13,7 +13,7 @@ from shockpc.robot.shapes.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import INK, band, settings
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import PlaneView, view_of
 from shockpc.show.figure.window import Window, windows_of
 from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
 from shockpc.show.wording import BRACKETED, robot_name
@@ -87,7 +87,7 @@ def landing_figure(profile: ShockProfile, axes: Axes | None = None) -> Figure:
 
 
 def draw_picture(
-    page: Page, x: float, y: float, view: View, window: Window, left: bool = True
+    page: Page, x: float, y: float, view: PlaneView, window: Window, left: bool = True
 ) -> Axes:
     """Draw a landing with its coordinates, from (x, y) to the right and up [inches].
 
@@ -102,7 +102,7 @@ def draw_picture(
 def draw_row(
     page: Page,
     y: float,
-    views: Sequence[View],
+    views: Sequence[PlaneView],
     windows: Sequence[Window],
     names: Sequence[str],
     gap: float,
@@ -147,7 +147,7 @@ def _heading(profile: ShockProfile) -> list[str]:
     ]
 
 
-def _body_rows(profile: ShockProfile, view: View) -> TableRows:
+def _body_rows(profile: ShockProfile, view: PlaneView) -> TableRows:
     """The numbered bodies: name, CoPc, RoPc and shock."""
     axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
     rows: TableRows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
@@ -176,7 +176,7 @@ def _point_rows(profile: ShockProfile) -> TableRows:
     return rows
 
 
-def _notes(profile: ShockProfile, view: View) -> list[str]:
+def _notes(profile: ShockProfile, view: PlaneView) -> list[str]:
     """Notes on the coordinates' frame, the limits of the picture, and bodies that are not drawn.
 
     The warnings of the landing follow.
@@ -202,7 +202,7 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     return notes
 
 
-def _out_of_plane_notes(profile: ShockProfile, view: View) -> list[str]:
+def _out_of_plane_notes(profile: ShockProfile, view: PlaneView) -> list[str]:
     """The numbered bodies that move out of the plane."""
     shares: dict[int, float] = {}
     for i, number in view.numbers.items():
@@ -222,7 +222,7 @@ def _out_of_plane_notes(profile: ShockProfile, view: View) -> list[str]:
     ]
 
 
-def _colour_notes(profile: ShockProfile, view: View) -> list[str]:
+def _colour_notes(profile: ShockProfile, view: PlaneView) -> list[str]:
     """The numbered bodies whose colours are above the shock of the table."""
     texts = []
     for drawn in view.drawn:

@@ -54,7 +54,7 @@ class Drawn(NamedTuple):
     box: bool
 
 
-class View(NamedTuple):
+class PlaneView(NamedTuple):
     """A landing in plane coordinates [m].
 
     Attributes:
@@ -92,7 +92,7 @@ class View(NamedTuple):
         return max(float((self.high - self.low).max()), 1e-6)
 
 
-def view_of(profile: ShockProfile) -> View:
+def view_of(profile: ShockProfile) -> PlaneView:
     """Project a landing.
 
     The viewer looks against the plane's normal, with e1 to the right and e2 up.
@@ -110,7 +110,7 @@ def view_of(profile: ShockProfile) -> View:
     sensors = np.array([point.position for point in profile.points]).reshape(-1, 3)
     centres = to_plane(profile.copc_world, plane)
     rotates = np.flatnonzero(~profile.translates).tolist()
-    return View(
+    return PlaneView(
         drawn=_drawn(profile, shapes, too_large, float((high - low).max())),
         numbers={i: n for n, i in enumerate(numbered(profile), start=1)},
         names=_names(profile),

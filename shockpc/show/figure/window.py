@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.show.figure.view import View
+from shockpc.show.figure.view import PlaneView
 
 ROUNDS = 4
 """Rounds in which the scale and the room for arrows are found, as each depends on the other."""
@@ -40,7 +40,7 @@ class Window(NamedTuple):
 
 
 def windows_of(
-    views: Sequence[View],
+    views: Sequence[PlaneView],
     near: tuple[float, float],
     most: tuple[float, float],
     least: tuple[float, float],
@@ -83,7 +83,7 @@ def windows_of(
     return windows
 
 
-def _corners(view: View, near: tuple[float, float], length: float) -> tuple[Array, Array]:
+def _corners(view: PlaneView, near: tuple[float, float], length: float) -> tuple[Array, Array]:
     """Lower left and upper right corner of what a window holds [m].
 
     Args:

@@ -14,14 +14,14 @@ VERDICTS = ("exceeded", "not computed", "undecided", "warning", "passed")
 """Results of a budget, which have colours."""
 
 
-def escaped(text: str) -> str:
+def html_text(text: str) -> str:
     """A text of any origin."""
     return html.escape(printable(text))
 
 
 def lines_html(block: Lines) -> str:
     """Lines under their title; neighbouring lines with names are one list."""
-    parts = [f"<h3>{escaped(block.title)}</h3>"] if block.title else []
+    parts = [f"<h3>{html_text(block.title)}</h3>"] if block.title else []
     in_list = False
     for line in block.lines:
         named = not isinstance(line, str)
@@ -29,10 +29,10 @@ def lines_html(block: Lines) -> str:
             parts.append("<dl>" if named else "</dl>")
             in_list = named
         if isinstance(line, str):
-            parts.append(f"<p>{escaped(line)}</p>")
+            parts.append(f"<p>{html_text(line)}</p>")
         else:
             name, text = line
-            parts.append(f"<dt>{escaped(name)}</dt><dd>{escaped(text)}</dd>")
+            parts.append(f"<dt>{html_text(name)}</dt><dd>{html_text(text)}</dd>")
     if in_list:
         parts.append("</dl>")
     return "".join(parts)
@@ -51,9 +51,9 @@ def table_html(sheet: Sheet) -> str:
     for row in sheet.rows:
         cells = map(_cell, headings, row, right)
         rows.append(f"<tr>{''.join(cells)}</tr>")
-    notes = [f'<p class="note">{escaped(note)}</p>' for note in sheet.notes]
+    notes = [f'<p class="note">{html_text(note)}</p>' for note in sheet.notes]
     return (
-        f'<div class="scroll"><table><caption>{escaped(sheet.title)}</caption>'
+        f'<div class="scroll"><table><caption>{html_text(sheet.title)}</caption>'
         f"{head_html(headings, right)}<tbody>{''.join(rows)}</tbody></table></div>{''.join(notes)}"
     )
 
@@ -63,7 +63,7 @@ def head_html(headings: Sequence[Heading], to_the_right: Sequence[bool]) -> str:
     cells = []
     for heading, right in zip(headings, to_the_right, strict=True):
         kind = "" if right else " class=name"
-        unit = f"[{escaped(heading.unit)}]" if heading.unit else ""
+        unit = f"[{html_text(heading.unit)}]" if heading.unit else ""
         cells.append(f"<th{kind}>{_breakable(heading.title)}<small>{unit}</small></th>")
     return f"<thead><tr>{''.join(cells)}</tr></thead>"
 
@@ -82,4 +82,4 @@ def _cell(heading: Heading, cell: Cell, right: bool) -> str:
 
 def _breakable(text: str) -> str:
     """A text whose long names may be broken after an underscore."""
-    return escaped(text).replace("_", "_<wbr>")
+    return html_text(text).replace("_", "_<wbr>")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.show.html.blocks import escaped, lines_html, table_html
+from shockpc.show.html.blocks import html_text, lines_html, table_html
 from shockpc.show.html.landing_data import SurfacesOf, page_data, surfaces_of
 from shockpc.show.html.posture import Posture
 from shockpc.show.html.view import view_html
@@ -81,7 +81,7 @@ class _Chapter(NamedTuple):
             parts = [f"<h2>Results{heading}</h2>", *results]
         if not self.report.lead:
             parts += self._closing()
-        parts += [f'<p class="warnings">{escaped(line)}</p>' for line in self.report.warnings]
+        parts += [f'<p class="warnings">{html_text(line)}</p>' for line in self.report.warnings]
         return parts
 
     @property
@@ -93,7 +93,7 @@ class _Chapter(NamedTuple):
         return len(list(lines))
 
     def _closing(self) -> list[str]:
-        return [f"<p>{escaped(line)}</p>" for line in self.report.closing]
+        return [f"<p>{html_text(line)}</p>" for line in self.report.closing]
 
     def _html(self, section: Section) -> str:
         if isinstance(section, Sheet):
@@ -110,7 +110,7 @@ class _Chapter(NamedTuple):
         if self.report.name == "profile" and picture.name not in ON_SCREEN:
             kind = "paper"  # on the screen the picture in three dimensions takes its place
         return (
-            f'<img class="{kind}" alt="{escaped(picture.caption)}" '
+            f'<img class="{kind}" alt="{html_text(picture.caption)}" '
             f'src="data:image/svg+xml;base64,{source}">'
         )
 
@@ -128,7 +128,7 @@ def page(report: Report, files: Files, library: Path | None, command: str) -> st
     drawn = surfaces_of(landings)
     postures = _postures(report, landings, drawn)
     chapters = _chapters(report, landings, files)
-    title = escaped(report.title or _title(report, landings))
+    title = html_text(report.title or _title(report, landings))
     view = ""
     if landings:
         notes = [posture.note for posture in postures.values()]
@@ -148,7 +148,7 @@ def page(report: Report, files: Files, library: Path | None, command: str) -> st
             view,
             *(_section(chapter.below(), chapter.landing) for chapter in chapters),
             *scenes,
-            f"<h2>Command</h2><pre>{escaped(command)}</pre>" if command else "",
+            f"<h2>Command</h2><pre>{html_text(command)}</pre>" if command else "",
             *scripts,
             "</body></html>\n",
         ]
@@ -171,7 +171,7 @@ def fragment(report: Report) -> str:
         f"<style>.shockpc {{ {rules} img.paper {{ display: block; }} th {{ cursor: auto; }} "
         f"}}</style>"
     )
-    title = f"<h2>{escaped(report.title)}</h2>" if report.title else ""
+    title = f"<h2>{html_text(report.title)}</h2>" if report.title else ""
     content = _section([*chapter.above(), *chapter.below()], None)
     return f'<div class="shockpc">{style}{title}{content}</div>'
 
@@ -257,7 +257,7 @@ def _scene(number: int, profile: ShockProfile) -> str:
     if profile.scene.yields:
         parts.append('<h2 class="screen">Histories for the contact velocity of the scene</h2>')
         parts += [f'<div class="screen" id="history-{number}-{k}"></div>' for k in range(2)]
-    # `escaped` is of one line.
-    lines = [escaped(line) for line in scene_text(profile.scene, Path()).splitlines()]
+    # `html_text` is of one line.
+    lines = [html_text(line) for line in scene_text(profile.scene, Path()).splitlines()]
     parts.append("<h2>Scene</h2><pre>{}</pre>".format("\n".join(lines)))
     return _section(parts, number)

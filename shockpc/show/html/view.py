@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
-from shockpc.show.html.blocks import escaped, head_html
+from shockpc.show.html.blocks import head_html, html_text
 from shockpc.show.tables import Heading
 from shockpc.show.wording import BRACKETED
 
@@ -68,7 +68,7 @@ def view_html(landings: Mapping[str, ShockProfile], total: int, notes: Sequence[
     return (
         '<main><div><div id="stage"><div id="view"></div><div id="pointer">point at a body to read '
         "the shock there</div>"
-        f'<div id="bands"><b>{escaped(SHOCK)}</b>{_bands()}</div></div></div>'
+        f'<div id="bands"><b>{html_text(SHOCK)}</b>{_bands()}</div></div></div>'
         f'<div><div id="controls">{_controls(landings)}</div>'
         f'<div id="posture"></div>{_posture_notes(notes)}'
         '<p id="state" class="live"></p><p id="doubts"></p>'
@@ -90,10 +90,11 @@ def _controls(landings: Mapping[str, ShockProfile]) -> str:
     """The choice of a landing, the velocity, the joint model, and the switches."""
     hidden = " hidden" if len(landings) == 1 else ""
     options = "".join(
-        f'<option value="{number}">{escaped(name)}</option>' for number, name in enumerate(landings)
+        f'<option value="{number}">{html_text(name)}</option>'
+        for number, name in enumerate(landings)
     )
     ranges = "".join(
-        f'<label for="{key}-range" title="{escaped(help_)}">{escaped(title)}</label>'
+        f'<label for="{key}-range" title="{html_text(help_)}">{html_text(title)}</label>'
         f'<input type="range" id="{key}-range" min="{low}" max="{high}" step="any">'
         f'<input type="number" id="{key}" step="any">'
         for key, title, help_, low, high in CONTROLS
@@ -114,7 +115,7 @@ def _controls(landings: Mapping[str, ShockProfile]) -> str:
 
 def _posture_notes(notes: Sequence[str]) -> str:
     return "".join(
-        f'<p class="note" data-landing={number}>{escaped(text)}</p>'
+        f'<p class="note" data-landing={number}>{html_text(text)}</p>'
         for number, text in enumerate(notes)
     )
 

@@ -7,11 +7,12 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from shockpc.landing.contact import contact_name
 from shockpc.landing.ratings import Strength
 from shockpc.quantities.records import PartMargin
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
-from shockpc.show.wording import contact_name, robot_name
+from shockpc.show.wording import robot_name
 from shockpc.text.printed import printable
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -79,7 +80,7 @@ def _draw_landing(axes: Axes, number: int, profile: ShockProfile) -> None:
         "markerfacecolor": "none",
         "markersize": 6.5 + number,
     }
-    name = printable(contact_name(profile), 32)
+    name = printable(contact_name(profile.scene), 32)
     axes.plot([], [], color=INK, label=f"landing on {name}", **mark)
     low, _ = axes.get_ylim()
     for k, (part, _) in enumerate(_at_points(profile)):

@@ -12,6 +12,7 @@ from shockpc.judgement.first_number import (
     shock_of,
     worst_place,
 )
+from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place
 from shockpc.method.constraints import Constraint
 from shockpc.quantities.records import ContactImpulse
@@ -20,7 +21,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.show.header import landing_text
 from shockpc.show.tables import rounded
-from shockpc.show.wording import contact_name, short_contact_names
+from shockpc.show.wording import short_contact_names
 
 STATUS = {"unknown": "drives unknown", "simulation model": "drives of a simulation"}
 """Words for how well drives are known."""
@@ -129,7 +130,7 @@ def short_names(landings: Sequence[ShockProfile]) -> list[str]:
             frames = [short[contact.frame] for contact in profile.scene.contact]
             texts.append(" + ".join(frames))
     if len(set(texts)) < len(texts):
-        return [contact_name(profile) for profile in landings]
+        return [contact_name(profile.scene) for profile in landings]
     return texts
 
 

@@ -4,18 +4,19 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
+from shockpc.landing.contact import contact_name
 from shockpc.landing.ratings import Strength
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import (
     common_lines,
     contacts_text,
+    other_warning_lines,
     scene_lines,
     shared_warnings,
-    warning_lines,
 )
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import WIDTH, Heading, Lines, Row, Sheet
-from shockpc.show.wording import contact_name, robot_name
+from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.closing import closing_lines, ground_lines
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.opening import (
@@ -64,17 +65,17 @@ def landing_report(
     """
     return Report(
         name="profile",
-        title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
+        title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile.scene)}",
         body=lambda full: _sections(profile, bodies, spectrum, remarks, None if full else 6),
         page_body=lambda: _sections(profile, bodies, spectrum, remarks, None, LIVE),
         width=WIDTH,
         brief=None if whole else lambda: _answer(profile, bodies, remarks),
         closing=closing_lines(profile),
-        warnings=warning_lines(profile),
+        warnings=other_warning_lines(profile),
         sheets=landing_tables(profile, bodies),
         document=lambda: content(profile, spectrum),
         tables=True,
-        landings={contact_name(profile): profile},
+        landings={contact_name(profile.scene): profile},
         live=live,
     )
 
@@ -255,6 +256,6 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
         rows.append((f"at {same[0].frame}", *(point.shock for point in same)))
     header: list[str | Heading] = ["shock at"]
     for profile in profiles:
-        name = contact_name(profile)
+        name = contact_name(profile.scene)
         header.append(Heading(name, name, "-"))
     return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from shockpc.judgement.first_number import first_place, first_range, shock_of, worst_place
+from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place
 from shockpc.quantities.contact_mass import normal_mass
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import landing_text
 from shockpc.show.report import Report
 from shockpc.show.tables import Cell, Heading, Sheet, rounded
-from shockpc.show.wording import contact_name
 from shockpc.studies.analyze.first_lines import (
     asked_names,
     drives_text,
@@ -96,7 +96,7 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     else:
         foot = single[_worst(shocks[single])]
         number = named[0] + _first_range_text(profiles[0])
-        of_foot = _where_text(profiles[foot], contact_name(profiles[foot]))
+        of_foot = _where_text(profiles[foot], contact_name(profiles[foot].scene))
         texts = [
             f"{landing_text(profiles[0])}: {place.title} {number}",
             f"worst single foot {named[foot]} ({of_foot})",
@@ -171,7 +171,7 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     for k, profile in enumerate(profiles):
         shocks[k] = [_shock(profile, place) for place in places]
     columns: dict[str | Heading, Sequence[Cell]] = {
-        "landing": [contact_name(profile) for profile in profiles],
+        "landing": [contact_name(profile.scene) for profile in profiles],
         "short name": short_names(profiles),
         "worst at": [_marks(places, shocks, k) for k in range(len(profiles))],
     }

@@ -12,6 +12,7 @@ import numpy as np
 
 from shockpc.judgement.drive_range import range_of
 from shockpc.judgement.first_number import shock_of
+from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import TorqueStrength
 from shockpc.quantities.records import ContactImpulse, PartMargin, StanceImpulse
@@ -19,7 +20,7 @@ from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.tables import Heading, Row, Sheet
-from shockpc.show.wording import contact_name, mostly_off_plane
+from shockpc.show.wording import mostly_off_plane
 from shockpc.studies.analyze.first_lines import shown_places
 from shockpc.text.wings import from_wings
 
@@ -158,7 +159,7 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         bodies: indices of the only bodies that are shown.
     """
     named: dict[Any, Any] = {
-        "contact": [contact_name(profile)] * len(profile.bodies),
+        "contact": [contact_name(profile.scene)] * len(profile.bodies),
         "body": profile.bodies,
     }
     spin = {Heading("delta_omega", "|Δω|", "rad/s"): np.linalg.norm(profile.delta_omega, axis=1)}
@@ -182,10 +183,10 @@ def _motion(profile: ShockProfile, i: int) -> str | None:
 
 def landing_sheet(profile: ShockProfile) -> Sheet:
     """The quantities of the whole robot, in one row."""
-    keys = [entry.key for entry in quantities_of("robot") if entry.evaluation.on != "health"]
+    keys = [entry.key for entry in quantities_of("robot") if entry.computation.on != "health"]
     return Sheet.of(
         "landing",
-        {"contact": [contact_name(profile)], **_quantities(profile, "robot", None, *keys)},
+        {"contact": [contact_name(profile.scene)], **_quantities(profile, "robot", None, *keys)},
     )
 
 
@@ -316,7 +317,7 @@ def joints_sheet(profile: ShockProfile) -> Sheet:
         angles.append(None if value is None or slides else math.degrees(value))
         distances.append(value if slides else None)
     columns: dict[Any, Any] = {
-        "contact": [contact_name(profile)] * len(joints),
+        "contact": [contact_name(profile.scene)] * len(joints),
         "joint": [joint.name for joint in joints],
         "position [deg]": angles,
         "position [m]": distances,

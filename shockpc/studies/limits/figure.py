@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 from shockpc.core.spatial import Array
+from shockpc.landing.contact import contact_name
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.wording import contact_name, robot_name, varied_text
+from shockpc.show.wording import robot_name, varied_text
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.printed import UNITS, printable
 
@@ -88,7 +89,7 @@ def draw_limits(study: JointLimits) -> Figure:
 
 def _title(study: JointLimits) -> str:
     number = printable(study.target.title, 60)
-    foot = printable(contact_name(study.profile), 60)
+    foot = printable(contact_name(study.profile.scene), 60)
     return (
         f"{number[:1].upper()}{number[1:]} of {robot_name(study.profile.robot)} landing on {foot}"
     )

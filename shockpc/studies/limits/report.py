@@ -14,7 +14,7 @@ from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.evaluation.unused_ground import NAME_ONE
 from shockpc.evaluation.variations.kinds.contacts import OfGround
 from shockpc.evaluation.variations.kinds.registry import KINDS
-from shockpc.show.header import header_lines, warning_lines
+from shockpc.show.header import header_lines, other_warning_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
 from shockpc.studies.limits.intervals import StrikeLimits
@@ -177,7 +177,7 @@ def _none_allowed(study: JointLimits) -> list[str]:
 
 def _warnings(study: JointLimits) -> list[str]:
     """The warnings of the landing, the scan and the ground."""
-    warnings = warning_lines(study.profile)
+    warnings = other_warning_lines(study.profile)
     n = len(study.scan.values)
     scene, target = study.profile.scene, study.target
     for low, high, reason in study.scan.unreachable:

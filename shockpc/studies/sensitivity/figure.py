@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from shockpc.landing.contact import contact_name
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
-from shockpc.show.wording import contact_name, robot_name, varied_text
+from shockpc.show.wording import robot_name, varied_text
 from shockpc.studies.sensitivity.report import step_words
 from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import count, printable
@@ -75,7 +76,7 @@ def _landings_text(study: Sensitivity) -> str:
     first = study.profiles[0]
     name = robot_name(first.robot)
     if len(study.profiles) == 1:
-        return f"{name} landing on {printable(contact_name(first), 60)}"
+        return f"{name} landing on {printable(contact_name(first.scene), 60)}"
     over = "mean" if study.mean else "worst"
     return f"{name}, {count(len(study.profiles), 'landing')}, {over}"
 

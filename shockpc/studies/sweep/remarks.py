@@ -133,4 +133,4 @@ def _varies(landings: VariedLandings, word: str) -> bool:
 
 def _on_stiffness(column: Column) -> bool:
     """True if a column may depend on the stiffness of the contacts."""
-    return column.selection.quantity.evaluation.exact != "always"
+    return column.selection.quantity.computation.exact != "always"

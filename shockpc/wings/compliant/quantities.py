@@ -15,7 +15,14 @@ from shockpc.landing.places import PlaceKind
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_contacts import CONTACTS
 from shockpc.quantities.parts.peaks import contact_peaks, joint_peaks, point_peaks
-from shockpc.quantities.quantity import IN_DOUBLES, Places, Quantity, Scope, cached, evaluate
+from shockpc.quantities.quantity import (
+    IN_DOUBLES,
+    Places,
+    Quantity,
+    Scope,
+    once_per_impact,
+    quantity_values,
+)
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
 from shockpc.text.errors import RobotError
 from shockpc.wings.compliant.links.bending import FOR_JUMPS, FOR_TORQUES, bending
@@ -63,7 +70,7 @@ def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
 
     The landing is one on contacts of finite stiffness.
     """
-    compute = cached(entry.compute)
+    compute = once_per_impact(entry.compute)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
     return where_given(
         named,
@@ -184,7 +191,7 @@ def _bending(impact: Impact, _: Places) -> Array:
     if landing.scene.flex or (k is None and landing.pulse is None):
         return nothing
     try:
-        links = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
+        links = bending(landing, quantity_values(EFFECTIVE_MASS, impact, places)[0, 0], k)
     except RobotError:
         return nothing
     if links is None:
@@ -203,7 +210,7 @@ def _of_bending(k: int, key: str, title: str, unit: str) -> Quantity:
         "neither",
         lambda impact, places: _bending(impact, places)[..., k : k + 1],
         scope=Scope(UNKNOWN),
-        evaluation=IN_DOUBLES,
+        computation=IN_DOUBLES,
     )
 
 

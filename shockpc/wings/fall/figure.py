@@ -9,7 +9,7 @@ from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import PlaneView, view_of
 from shockpc.show.figure.window import Window
 from shockpc.show.header import joint_model_text
 from shockpc.show.tables import rounded
@@ -93,7 +93,13 @@ def _caption(falls: Falls, result: StrikeResult) -> tuple[str, ...]:
 
 
 def _draw_strike(
-    page: Page, x: float, y: float, result: StrikeResult, view: View, height: float, inch: float
+    page: Page,
+    x: float,
+    y: float,
+    result: StrikeResult,
+    view: PlaneView,
+    height: float,
+    inch: float,
 ) -> None:
     """Draw the silhouettes of a strike, its ground and its contacts.
 

@@ -8,7 +8,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import FOOT, draw_row
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import PlaneView, view_of
 from shockpc.show.figure.window import Window, windows_of
 from shockpc.show.header import angle_text, joint_model_text
 from shockpc.text.printed import printable
@@ -68,8 +68,8 @@ def draw_panels(
 
 
 def _numbered(
-    views: Sequence[View], profiles: Sequence[ShockProfile]
-) -> tuple[list[View], dict[str, int]]:
+    views: Sequence[PlaneView], profiles: Sequence[ShockProfile]
+) -> tuple[list[PlaneView], dict[str, int]]:
     """Views in which a body has the same number, and these numbers by its name.
 
     They are of all bodies that have one in a view.
@@ -78,7 +78,7 @@ def _numbered(
     for profile, view in zip(profiles, views, strict=True):
         for i in view.numbers:
             number.setdefault(profile.bodies[i], len(number) + 1)
-    numbered: list[View] = []
+    numbered: list[PlaneView] = []
     for profile, view in zip(profiles, views, strict=True):
         by_body: dict[int, int] = {}
         for i, name in enumerate(profile.bodies):
@@ -104,7 +104,7 @@ def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Ta
     ]
 
 
-def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
+def _outside(profile: ShockProfile, view: PlaneView, window: Window) -> list[str]:
     """The strike on the panel's robot, and the centres of percussion outside the panel."""
     lines = [f"strike angle {angle_text(profile)} deg"]
     for i, number in view.numbers.items():

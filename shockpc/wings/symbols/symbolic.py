@@ -241,7 +241,7 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     """
     selection, places = selected(landing, text)
     entry = selection.quantity
-    if entry.evaluation.postures != "many" or entry.relations.role:
+    if entry.computation.postures != "many" or entry.relations.role:
         raise _refused(selection)
     return [Column(selection, place) for place in places]
 

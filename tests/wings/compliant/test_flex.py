@@ -421,7 +421,7 @@ def test_what_stays():
     for entry in QUANTITIES:
         one, other = (profile.value(entry.key, entry.of) for profile in (rigid, bent))
         assert one.shape == other.shape, entry.key
-        if entry.evaluation.exact == "always":
+        if entry.computation.exact == "always":
             np.testing.assert_array_equal(one, other, entry.key)
     moving = flexible_landing(bent.landing)
     hinges = moving.flexible.hinges

@@ -94,7 +94,7 @@ def test_every_quantity_is_that_of_balls_or_refused(name):
         places = [
             place for place in landing.places(entry.of) if place.body >= 0 or entry.of != "point"
         ]
-        if entry.evaluation.postures != "many" or not places or entry.of == "part":
+        if entry.computation.postures != "many" or not places or entry.of == "part":
             continue
         try:
             values.append(np.asarray(entry.compute(impact, places), dtype=object).ravel())

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
+from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
@@ -21,7 +22,7 @@ from shockpc.quantities.parts.peaks import ALONG
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
-from shockpc.show.wording import contact_name, robot_name
+from shockpc.show.wording import robot_name
 from shockpc.text.printed import count, printable
 from shockpc.wings.compliant.of_profile import compliant_of
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding, compliant_landing
@@ -358,7 +359,7 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
 
 def _landing_text(profile: ShockProfile) -> str:
     """The robot as it was asked for, and its contacts."""
-    return f"{robot_name(profile.robot)} landing on {printable(contact_name(profile), 60)}"
+    return f"{robot_name(profile.robot)} landing on {printable(contact_name(profile.scene), 60)}"
 
 
 def _compliant(profile: ShockProfile) -> CompliantLanding:

@@ -497,7 +497,7 @@ def recorded_landings(
     by_friction = False
     for column in computed:
         entry = column.selection.quantity
-        if entry.decided_by_ground or entry.evaluation.exact == "never":
+        if entry.decided_by_ground or entry.computation.exact == "never":
             by_friction = True
     flag = Column(select("energy_gained"), source.first.places("robot")[0])
     by_name = {column.name: column for column in computed}

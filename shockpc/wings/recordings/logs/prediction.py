@@ -72,7 +72,7 @@ def _with_friction(key: str, column: Column) -> Column:
     Args: key, of what was measured.
     """
     selection = column.selection
-    if selection.quantity.evaluation.exact == "never":
+    if selection.quantity.computation.exact == "never":
         return column  # of the impact with friction already
     name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
     if name not in selections():
