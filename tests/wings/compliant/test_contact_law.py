@@ -16,7 +16,8 @@ from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.text.errors import SceneError
-from shockpc.wings.compliant.motion.contacts import series_damping, simulate_landing
+from shockpc.wings.compliant.motion.contacts import simulate_landing
+from shockpc.wings.compliant.motion.laws import series_damping
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 

@@ -16,8 +16,8 @@ from shockpc.quantities.of_points import DELTA_V
 from shockpc.studies.analyze.report import document as shockpc_document
 from shockpc.studies.analyze.report import landing_report
 from shockpc.wings.compliant.motion.contacts import simulate_landing
+from shockpc.wings.compliant.motion.elements import Elements
 from shockpc.wings.compliant.motion.filtered import filtered
-from shockpc.wings.compliant.motion.motion import Elements
 from shockpc.wings.compliant.over_time.spectra import spectrum
 from shockpc.wings.compliant.show.figure import draw_time
 
@@ -33,7 +33,7 @@ def test_forces_behind_a_filter_are_those_that_scipy_simulates(low_pass, damping
     separates again.
     """
     rows = np.array([[1.0, 0.0], [1.0, -1.0]])
-    elements = Elements(
+    elements = Elements.alike(
         rows,
         np.array([1e5, 4e4]),
         np.ones(2),
@@ -78,7 +78,7 @@ def test_an_oscillation_at_the_rate_of_the_filter_is_read_as_scipy_simulates_it(
         else (slower * omega**2, (1.0 + slower) * omega)
     )
     one = np.ones(1)
-    elements = Elements(
+    elements = Elements.alike(
         one[None], stiffness * one, one, np.array([0]), np.array([True]), damping * one, np.zeros(1)
     )
     motion = simulate_landing(one[None], elements, -one, 0.02)

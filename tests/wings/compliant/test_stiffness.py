@@ -11,15 +11,11 @@ from compliant import follow
 from scipy.integrate import solve_ivp
 
 from shockpc.core.impulse import TOLERANCE, solve_impact
-from shockpc.wings.compliant.motion import crossing
-from shockpc.wings.compliant.motion import motion as stiff_motion
+from shockpc.wings.compliant.motion import crossing, stiff_motion
 from shockpc.wings.compliant.motion import state as stiff_state
-from shockpc.wings.compliant.motion.contacts import (
-    attach_rotors,
-    damper_restitution,
-    simulate_landing,
-)
-from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.motion.contacts import simulate_landing
+from shockpc.wings.compliant.motion.elements import Elements, attach_rotors
+from shockpc.wings.compliant.motion.laws import damper_restitution
 
 SEEDS = range(3)
 
@@ -28,14 +24,14 @@ def normals(rows, stiffness=1e4, restitution=1.0):
     """Frictionless contacts."""
     rows = np.atleast_2d(np.asarray(rows, dtype=float))
     full = np.broadcast_to(stiffness, len(rows)), np.broadcast_to(restitution, len(rows))
-    return Elements(rows, *full, np.arange(len(rows)), np.ones(len(rows), dtype=bool))
+    return Elements.alike(rows, *full, np.arange(len(rows)), np.ones(len(rows), dtype=bool))
 
 
 def sticking(rows, stiffness=1e4, tangential=0.0, normal=0.0):
     """Contacts of three rows each, the normal last."""
     m = len(rows) // 3
     restitution = np.tile([tangential, tangential, normal], m)
-    return Elements(
+    return Elements.alike(
         rows,
         np.full(3 * m, stiffness),
         restitution,
@@ -48,7 +44,7 @@ def with_springs(elements, rows, stiffness):
     """Elements and springs between bodies."""
     s = len(rows)
     added = rows, np.broadcast_to(stiffness, s), np.ones(s), np.full(s, -1), np.zeros(s, dtype=bool)
-    return Elements(*(np.concatenate(both) for both in zip(elements[:5], added, strict=True)))
+    return Elements.alike(*(np.concatenate(both) for both in zip(elements[:5], added, strict=True)))
 
 
 def landing(seed, n=6, contacts=1):
@@ -561,7 +557,7 @@ def test_a_tangential_damper_starts_with_a_force_too():
     """
     m, k = 2.0, 1e4
     omega = np.sqrt(k / m)
-    elements = sticking(np.eye(3), k)._replace(damping=2.0 * m * omega)
+    elements = sticking(np.eye(3), k)._replace(damping=np.full(3, 2.0 * m * omega))
     motion = simulate_landing(m * np.eye(3), elements, np.array([0.3, 0.0, -1.0]))
     # x = v t exp(−ωt): force 2 ω v m (1 − ωt/2) exp(−ωt), zero at ωt = 2.
     assert motion.duration == pytest.approx(2.0 / omega, rel=1e-7)
@@ -662,7 +658,7 @@ def test_peaks_are_those_of_a_dense_history(seed):
         ({"velocity": np.array([1.0, 0.0])}, ValueError, "approaches"),
         ({"velocity": np.array([np.nan, 0.0])}, ValueError, "finite"),
         ({"until": 0.0}, ValueError, "above 0 s"),
-        ({"elements": normals([[1.0, 0.0]])._replace(damping=-1.0)}, ValueError, "damping"),
+        ({"elements": normals([[1.0, 0.0]])._replace(damping=-np.ones(1))}, ValueError, "damping"),
         ({"elements": normals([[1.0, 0.0]], 0.0)}, ValueError, "stiffness"),
         ({"elements": normals([[1.0, 0.0]], 1.0, 1.5)}, ValueError, "restitution"),
         (

@@ -18,7 +18,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.wings.compliant.links.segments import chain_inertia, divide
 from shockpc.wings.compliant.motion.contacts import simulate_landing
-from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.motion.elements import Elements
 
 STRIKES = (0.0, 0.1, 1.0 / 6.0, 0.2, 0.3, 0.4, 0.5)
 """Distances of the contact from the centre of mass, over the length.

@@ -23,7 +23,7 @@ from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.beyond.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
 from shockpc.wings.compliant.links.bent_landing import flexible_landing
 from shockpc.wings.compliant.motion.contacts import simulate_landing
-from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.motion.elements import Elements
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 ROTORS = {"with": ROTOR, "without": 0.0}

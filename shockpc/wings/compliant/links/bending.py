@@ -149,7 +149,7 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     # Tc = π √(m/k)
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
-        from shockpc.wings.compliant.motion.contacts import rise, series_damping
+        from shockpc.wings.compliant.motion.laws import rise, series_damping
 
         # Twice the time until the force is largest.
         restitution = np.array(landing.contacts[contact].restitution)

@@ -55,16 +55,14 @@ stiffer contacts all this tends to the impulse.
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.wings.compliant.motion.elastic_modes import elastic_modes
+from shockpc.wings.compliant.motion.elements import Elements
 from shockpc.wings.compliant.motion.events import UNFELT, Event, EventKind
-from shockpc.wings.compliant.motion.motion import Elements, Segment, StiffMotion
+from shockpc.wings.compliant.motion.segment import Segment
 from shockpc.wings.compliant.motion.state import State
-from shockpc.wings.compliant.motion.system import system_of
-
-SMALLEST_PIVOT = 1e-7
-"""Smallest diagonal entry of a Cholesky factor with which M counts as positive definite.
-
-The factor is that of M, scaled to a unit diagonal.
-"""
+from shockpc.wings.compliant.motion.step import step
+from shockpc.wings.compliant.motion.stiff_motion import StiffMotion
+from shockpc.wings.compliant.motion.system import ScaledSystem, coordinates_along
 
 LONGEST = 2.0
 """Periods of the slowest mode after which a motion ends at the latest.
@@ -80,69 +78,6 @@ UNDONE_ANGLE = 1e-3
 
 It is a tiny oscillation of a row at a turn.
 """
-
-
-def attach_rotors(
-    M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Add rotors that springs connect to their joints; each is one more coordinate.
-
-    Args:
-        M: (n, n) inertia without these rotors [kg, kg m, kg m²].
-        rows: (r, n) rows of contacts and other springs.
-        velocity: (n,) before impact. Rotors move with their joints.
-        joints: (s, n) rates of the joints for unit velocities of the coordinates.
-        inertia: (s,) reflected inertia of each rotor, its inertia times the squared ratio [kg m²,
-            kg].
-
-    Returns: M (n + s, n + s), the rows (r, n + s), rows (s, n + s) of the springs, joint less
-        rotor, and the velocity (n + s,).
-    """
-    n, s = len(M), len(joints)
-    full = np.zeros((n + s, n + s))
-    full[:n, :n], full[n:, n:] = M, np.diag(inertia)
-    return (
-        full,
-        np.pad(rows, ((0, 0), (0, s))),
-        np.hstack([joints, -np.eye(s)]),
-        np.append(velocity, joints @ velocity),
-    )
-
-
-def damper_restitution(ratio: Array) -> Array:
-    """The restitution of a mass on a spring and a viscous damper, which do not pull.
-
-    The motion ends where their force falls to zero.
-
-    e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel
-    2007, Granular Matter 9:465). Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
-    """
-    return np.asarray(np.exp(-2.0 * ratio * rise(ratio)))
-
-
-def rise(ratio: Array) -> Array:
-    """ω times the time until the largest force of a mass on a spring and a damper in series.
-
-    It is acos ζ / √(1 − ζ²) of a viscous damper.
-
-    Args: ratio ζ of the damping to the critical one, 2 ζ ω the rate at which the damper lets the
-    force decay.
-    """
-    size = np.abs(np.sqrt((1.0 - ratio) * (1.0 + ratio) + 0.0j))
-    angle = np.abs(np.arccos(ratio + 0.0j))
-    return np.asarray(np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0))
-
-
-def series_damping(restitution: Array) -> Array:
-    """The damping ratio ζ of a mass on a spring and a damper in series, by its restitution e.
-
-    The damper is viscous, and e is that of the motion until the force is zero.
-
-    e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m).
-    At ζ = 1, e = 0: the force decays without an end, and so does the velocity.
-    """
-    logarithm = 0.0 - np.log(np.maximum(restitution, 1e-300))
-    return np.where(restitution > 0.0, logarithm / np.hypot(np.pi, logarithm), 1.0)
 
 
 def simulate_landing(
@@ -170,67 +105,85 @@ def simulate_landing(
         ArithmeticError: M is not positive definite in double precision, the frequencies lie too far
             apart to find the events, or there are too many of them.
     """
-    gravity = np.zeros(len(velocity)) if gravity is None else gravity
-    elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
+    if gravity is None:
+        gravity = np.zeros(len(velocity))
     _check(M, elements, velocity, until, gravity)
     # A damper takes the energy itself, so that its element loses none by restitution.
-    damped = (np.asarray(elements.damping) > 0.0) | (np.asarray(elements.relaxation) > 0.0)
+    damped = (elements.damping > 0.0) | (elements.relaxation > 0.0)
     elements = elements._replace(restitution=np.where(damped, 1.0, elements.restitution))
-    system = system_of(elements, *_coordinates(M, elements.rows), velocity, gravity)
+    system = ScaledSystem(elements, *coordinates_along(elements.rows, M), velocity, gravity)
     state = State(system)
     if state.separated:
         raise ValueError("no contact approaches the ground")
-    modes, segments, events = state.modes(), list[Segment](), list[Event]()
-    time, simultaneous = 0.0, 0
+    modes = elastic_modes(state)
     end = until
     if end is None:
         end = LONGEST / float(modes.frequency[-1])
+    segments, events = _followed(state, end, may_end=until is None)
+    return StiffMotion(
+        elements=elements,
+        modes=modes,
+        segments=segments,
+        events=events,
+        separated=state.separated,
+        to_velocity=system.to_velocity,
+        unresisted_velocity=system.unresisted_velocity,
+        gravity=gravity,
+        unresisted_gravity=system.unresisted_gravity,
+    )
+
+
+def _followed(
+    state: State, end: float, may_end: bool
+) -> tuple[tuple[Segment, ...], tuple[Event, ...]]:
+    """The segments and events of a motion from a state on.
+
+    Args:
+        state: at the impact; it is that of the end afterwards.
+        end: time at which the motion ends at the latest [s].
+        may_end: whether it ends when the impact is over.
+    """
+    segments, events = list[Segment](), list[Event]()
+    time, simultaneous = 0.0, 0
     while True:
         # A contact that constant forces press down faster than it strikes counts as slow at once,
         # and its force has yet to rise.
-        segment, happens = state.step(time, end - time, until is None and time > 0.0)
+        segment, happens = step(state, time, end - time, may_end and time > 0.0)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)
             time, simultaneous = time + segment.length, 0
         if happens is None:
-            break
+            return tuple(segments), tuple(events)
         # Changes that take no time could follow one another for ever.
+        elements = state.system.elements
         if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             raise ArithmeticError(
                 f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
-                f"{_remedies(elements, until)}"
+                f"{_remedies(elements, may_end)}"
             )
-        event = Event(time, happens.element, state.switch(happens.element, happens.kind))
-        if event.kind in UNFELT:
-            continue
-        # What is undone at once is no event.
-        earlier = (one for one in reversed(events) if one.element == event.element)
-        previous = next(earlier, event)
-        undone = {event.kind, previous.kind} == {EventKind.UNLOADS, EventKind.RELOADS}
-        if undone and time - previous.time < UNDONE_ANGLE / system.fastest:
-            events.remove(previous)
-        else:
-            events.append(event)
-    return StiffMotion(
-        elements=elements,
-        modes=modes,
-        segments=tuple(segments),
-        events=tuple(events),
-        separated=state.separated,
-        to_velocity=system.to_velocity,
-        constant=system.constant,
-        gravity=system.gravity,
-        falling=system.falling,
-    )
+        kind = state.switch(happens.element, happens.kind)
+        if kind not in UNFELT:
+            _add(events, Event(time, happens.element, kind), UNDONE_ANGLE / state.system.fastest)
 
 
-def _remedies(elements: Elements, until: float | None) -> str:
+def _add(events: list[Event], event: Event, shortest: float) -> None:
+    """Add an event, or remove that which it undoes within the shortest time [s]."""
+    same_element = (earlier for earlier in reversed(events) if earlier.element == event.element)
+    previous = next(same_element, event)
+    undone = {event.kind, previous.kind} == {EventKind.UNLOADS, EventKind.RELOADS}
+    if undone and event.time - previous.time < shortest:
+        events.remove(previous)
+    else:
+        events.append(event)
+
+
+def _remedies(elements: Elements, may_end: bool) -> str:
     """Text of what to do where elements change too often to follow them."""
     remedies = ["take a softer contact, a larger restitution or none"]
     if np.any(elements.contact < 0):
         remedies.insert(0, "take springs of joints that are stiffer than the contacts as rigid")
-    if until is not None:
+    if not may_end:
         remedies.append("end the motion earlier")
     return ", or ".join(remedies)
 
@@ -244,11 +197,11 @@ def _check(
     constant = (elements.contact < 0) & (elements.stiffness == 0.0)
     if not np.all((elements.stiffness > 0.0) | constant):
         raise ValueError(f"each stiffness must be above zero, not {elements.stiffness.min():g}")
-    if np.any(np.asarray(elements.load)[elements.contact >= 0]):
+    if np.any(elements.load[elements.contact >= 0]):
         raise ValueError("a contact has no load before the impact")
-    if not np.all(np.asarray(elements.damping) >= 0.0):
+    if not np.all(elements.damping >= 0.0):
         raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
-    if not np.all(np.asarray(elements.relaxation) >= 0.0):
+    if not np.all(elements.relaxation >= 0.0):
         raise ValueError(
             f"each relaxation must be zero or above, not {np.min(elements.relaxation):g}"
         )
@@ -261,27 +214,3 @@ def _check(
         raise ValueError("each contact needs exactly one row that is its normal")
     if until is not None and not 0.0 < until < np.inf:
         raise ValueError(f"the end of the motion must be finite and above 0 s, not {until:g} s")
-
-
-def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """The coordinates u along some rows: W as in `System`, to_velocity and from_velocity.
-
-    u = from_velocity q̇.
-
-    From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.
-    """
-    diagonal = np.diagonal(M)
-    if np.all(diagonal > 0.0):
-        size = np.sqrt(diagonal)
-        try:
-            L = np.linalg.cholesky(M / size / size[:, None])
-        except np.linalg.LinAlgError:
-            L = np.zeros_like(M)
-        if np.diagonal(L).min() > SMALLEST_PIVOT:
-            inverse = np.linalg.inv(L).T / size[:, None]
-            Q, R = np.linalg.qr((rows @ inverse).T)
-            return R.T, inverse @ Q, Q.T @ (L.T * size)
-    raise ArithmeticError(
-        "the inertia is not positive definite in double precision; give moving bodies mass, or "
-        "lock their joints"
-    )

@@ -10,7 +10,8 @@ import numpy as np
 
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.wings.compliant.motion.motion import Segment, StiffMotion
+from shockpc.wings.compliant.motion.segment import Segment
+from shockpc.wings.compliant.motion.stiff_motion import StiffMotion
 
 TOGETHER = 1e-5
 """Share of a pole within which an oscillation has the rate of the filter.

@@ -1,28 +1,17 @@
-"""The constant part of a landing on elements of finite stiffness, and that of its loaded ones.
-
-The second depends on which elements are loaded.
-"""
+"""What stays the same in a landing on elements of finite stiffness."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
-from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.wings.compliant.motion.damped import Damped, damped_modes
-from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.motion.elements import Elements
 
 NEGLIGIBLE = 1e-11
 """Share of the exciting motion below which what moves or presses counts as rounding.
 
 It is the motion that excites the elements.
-"""
-
-DEPENDENT = 1e-13
-"""Share of the largest frequency below which that of a mode is rounding.
-
-Its rows are dependent, or it moves no spring.
 """
 
 EASED = 0.01
@@ -31,226 +20,49 @@ EASED = 0.01
 Force and compression are those of a contact.
 """
 
+SMALLEST_PIVOT = 1e-7
+"""Smallest diagonal entry of a Cholesky factor with which M counts as positive definite.
 
-class Loaded(NamedTuple):
-    """Quantities that depend on which elements are loaded.
+The factor is that of M, scaled to a unit diagonal.
+"""
 
-    Attributes:
-        fixed: rows that are held.
-        sprung: (r,) rows with a spring that is loaded.
-        still: (d, d) part of u that the held rows stop.
-        to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row
-            with what dampers press on it.
-        balance: (r,) the same of constant forces.
-        damper: (r, d) from u to the forces of dampers.
-        damped: the modes with the dampers that act; None without one.
-        pull: (d,) rate at which constant forces change u.
-        U, sigma, V: the modes, of the frequencies sigma (m,); with dampers in series, as many as
-            there are elements.
-        balanced, creep: (m,) the deflections with which springs balance constant forces, and the
-            velocities at which dampers in series with them then give way.
+
+def coordinates_along(rows: Array, M: Array) -> tuple[Array, Array, Array]:
+    """The coordinates u along some rows: W, to_velocity and from_velocity as in `ScaledSystem`.
+
+    They have unit inertia: from M = LLᵀ, scaled to a unit diagonal, and rows L⁻ᵀ = Rᵀ Qᵀ.
+
+    Args:
+        rows: (r, n) of the elements.
+        M: (n, n) inertia.
+
+    Raises:
+        ArithmeticError: M is not positive definite in double precision.
     """
-
-    fixed: np.ndarray
-    sprung: np.ndarray
-    still: Array
-    to_all: Array
-    held: Array
-    balance: Array
-    damper: Array
-    damped: Damped | None
-    pull: Array
-    U: Array
-    sigma: Array
-    V: Array
-    balanced: Array
-    creep: Array
+    diagonal = np.diagonal(M)
+    if np.all(diagonal > 0.0):
+        size = np.sqrt(diagonal)
+        try:
+            L = np.linalg.cholesky(M / size / size[:, None])
+        except np.linalg.LinAlgError:
+            L = np.zeros_like(M)
+        if np.diagonal(L).min() > SMALLEST_PIVOT:
+            inverse = np.linalg.inv(L).T / size[:, None]
+            Q, R = np.linalg.qr((rows @ inverse).T)
+            return R.T, inverse @ Q, Q.T @ (L.T * size)
+    raise ArithmeticError(
+        "the inertia is not positive definite in double precision; give moving bodies mass, or "
+        "lock their joints"
+    )
 
 
 @dataclass(frozen=True, eq=False)
-class System:
-    """The elements, and the velocity before the impact, in the d coordinates of u.
-
-    These are along the rows of the elements.
+class ScaledSystem:
+    """The elements, and the velocity before the impact, in the coordinates u.
 
     All forces are scaled: they are those of the elements divided by −slope, √κ.
 
     Attributes:
-        elements: the springs and dampers.
-        W: (r, d) velocity along each element for unit u.
-        to_velocity, constant, gravity, falling: as in `StiffMotion`.
-        u: (d,) at the impact.
-        pull: (d,) rate at which constant forces change u.
-        length: (r,) of the rows of W.
-        rigid_length: (r,) the same of a robot whose links stay straight.
-        sprung: (r,) which elements have a spring.
-        rigid: (r,) which are held once they are unloaded.
-        grounded: (r,) which are of contacts.
-        lossy: (r,) which are unloaded in another way than they are loaded, or are normals.
-        damping: (r,) of the dampers; zero without one.
-        relaxation: (r,) rate at which dampers in series let forces decay; zero without one [1/s].
-        viscous: (r,) force of each damper for a unit rate, scaled.
-        steady: (r,) constant forces [N, N m].
-        noise: size of z and u that counts as rounding.
-        fastest: largest natural frequency of a single element [rad/s].
-        approaches: (r,) normals of contacts that approach the ground.
-        slowly: (r,) rate up to which an element is slow.
-    """
-
-    elements: Elements
-    W: Array
-    to_velocity: Array
-    constant: Array
-    gravity: Array
-    falling: Array
-    u: Array
-    pull: Array
-    length: Array
-    rigid_length: Array
-    sprung: np.ndarray
-    rigid: np.ndarray
-    grounded: np.ndarray
-    lossy: np.ndarray
-    damping: Array
-    relaxation: Array
-    viscous: Array
-    steady: Array
-    noise: float
-    fastest: float
-    approaches: np.ndarray
-    slowly: Array
-
-    @property
-    def push_noise(self) -> Array:
-        """Scaled forces (r,) of spring and damper that count as rounding."""
-        return np.asarray(self.noise * (1.0 + self.viscous * self.length))
-
-    @memoized(most=64)
-    def loaded(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
-        """Quantities that depend on which elements are loaded.
-
-        Where contacts open and close, the same are loaded again and again.
-
-        Args:
-            held_rows: bytes of a bool array (r,), which rows are held.
-            sprung_rows: the same, which have springs that are loaded.
-            slopes: bytes of the slopes (r,).
-            dampers: whether those act.
-        """
-        sprung, slope = np.frombuffer(sprung_rows, dtype=bool), np.frombuffer(slopes)
-        fixed = np.flatnonzero(np.frombuffer(held_rows, dtype=bool))
-        acting = sprung & (self.damping > 0.0) & dampers
-        relaxes = sprung & (self.relaxation > 0.0) & dampers
-        damper = np.where(acting, self.viscous, 0.0)[:, None] * self.W
-        F = np.where(sprung, slope, 0.0)[:, None] * self.W
-        G = np.sqrt(self.damping[acting])[:, None] * self.W[acting]
-        # Springs, dampers and constant forces without the part of u that held rows stop.
-        free = self._held(fixed, sprung, slope, F, G)
-
-        U, sigma, V = _modes(free.F, bool(relaxes.any()))
-        moves, along = sigma > 0.0, V.T @ free.pull
-        balanced, creep = np.zeros((2, len(sigma)))
-        # Constant forces balance springs at the deflection σ⁻¹ Vᵀ pull of each mode.
-        balanced[moves] = 1.0 / sigma[moves] * along[moves]
-        of_dampers = None
-        if acting.any() or relaxes.any():
-            in_series = np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes]
-            of_dampers = damped_modes(sigma, free.G @ V, in_series)
-        if of_dampers is not None and relaxes.any():
-            # Where A (p, υ) and constant forces balance.
-            constant = np.append(np.zeros(len(sigma)), along[moves])
-            steady = np.linalg.lstsq(of_dampers.A, -constant, rcond=1e-12)[0]
-            balanced[:], creep[moves] = steady[: len(sigma)], steady[len(sigma) :]
-        return Loaded(
-            fixed=fixed,
-            sprung=sprung,
-            still=free.still,
-            to_all=free.to_all,
-            held=free.held,
-            balance=free.balance,
-            damper=damper,
-            damped=of_dampers,
-            pull=free.pull,
-            U=U,
-            sigma=sigma,
-            V=V,
-            balanced=balanced,
-            creep=creep,
-        )
-
-    def _held(
-        self, fixed: np.ndarray, sprung: np.ndarray, slope: Array, F: Array, G: Array
-    ) -> "_Held":
-        """Springs and dampers with some rows held.
-
-        From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of
-        dependent rows each takes the smallest share.
-
-        Args:
-            fixed: rows that are held.
-            sprung: (r,) rows with a spring that is loaded.
-            slope: (r,) √κ.
-            F: (r, d) springs, slope times W.
-            G: (k, d) dampers, √c times W.
-        """
-        (r, d), pull = self.W.shape, self.pull
-        to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
-        if not len(fixed):
-            return _Held(np.zeros((d, d)), to_all, held, balance, F, G, pull)
-        H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
-        least = np.linalg.pinv(H.T, rcond=1e-9)
-        still = H.T @ least
-        to_all[fixed] = -(least @ F.T) / size[:, None]
-        held[fixed] = -(least @ G.T @ G) / size[:, None]
-        balance[fixed] = least @ pull / size
-        return _Held(
-            still, to_all, held, balance, F - F @ still, G - G @ still, pull - still @ pull
-        )
-
-
-class _Held(NamedTuple):
-    """Springs and dampers with some rows held.
-
-    Attributes:
-        still, to_all, held, balance, pull: as in `Loaded`; the scaled forces of all elements are
-            to_all · z + held · u + balance.
-        F: (r, d) springs, without the part of u that held rows stop.
-        G: (k, d) dampers, the same.
-    """
-
-    still: Array
-    to_all: Array
-    held: Array
-    balance: Array
-    F: Array
-    G: Array
-    pull: Array
-
-
-def _modes(F: Array, full: bool) -> tuple[Array, Array, Array]:
-    """The singular vectors and values F = U diag(σ) Vᵀ: U (r, m), σ (m,) and V (d, m), m ≥ d.
-
-    Args: F (r, d); full, whether m is at least r, by modes that move nothing.
-    """
-    d = F.shape[1]
-    U, sigma, Vt = np.linalg.svd(F, full_matrices=full)
-    more = U.shape[1] - d
-    V, sigma = np.pad(Vt.T, ((0, 0), (0, more))), np.pad(sigma, (0, more))
-    sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
-    return U, sigma, V
-
-
-def system_of(
-    elements: Elements,
-    W: Array,
-    to_velocity: Array,
-    from_velocity: Array,
-    velocity: Array,
-    gravity: Array,
-) -> System:
-    """The system of a landing.
-
-    Args:
         elements: the springs and dampers.
         W: (r, d) velocity along each element for unit u.
         to_velocity: (n, d) from u to velocities.
@@ -258,45 +70,131 @@ def system_of(
         velocity: (n,) before the impact [rad/s, m/s].
         gravity: (n,) accelerations of free fall [rad/s², m/s²].
     """
-    u, falling = from_velocity @ velocity, from_velocity @ gravity
-    length, slope = np.linalg.norm(W, axis=1), np.sqrt(elements.stiffness)
-    sprung = elements.stiffness > 0.0
-    damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
-    steady = np.where(sprung, 0.0, np.asarray(elements.load))
-    # √κ |W_i| is the frequency of element i alone.
-    pull, speed, single = falling + W.T @ steady, float(np.linalg.norm(u)), slope * length
-    rate, rigid_length = W @ u, length
-    bends = np.broadcast_to(elements.straight, len(W))
-    if bends.any():
-        # Without the velocities of hinges: W (1 − S⁺ S), of the rows S of hinges.
-        of_hinges = np.linalg.pinv(W[bends], rcond=1e-9) @ W[bends]
-        rigid_length = np.linalg.norm(W - W @ of_hinges, axis=1)
-    # A contact at rest approaches by no more than rounding.
-    approaches = elements.normal & (rate < -1e-13 * length * speed)
-    strike = np.max(-rate[approaches] / rigid_length[approaches], initial=0.0)
-    # What single contacts come to rest at counts like the speed.
-    at_rest = float(np.linalg.norm(pull)) / float(single[elements.normal].min())
-    return System(
-        elements=elements,
-        W=W,
-        to_velocity=to_velocity,
-        constant=velocity - to_velocity @ u,
-        gravity=gravity,
-        falling=gravity - to_velocity @ falling,
-        u=u,
-        pull=pull,
-        length=length,
-        rigid_length=rigid_length,
-        sprung=sprung,
-        rigid=elements.restitution == 0.0,
-        grounded=elements.contact >= 0,
-        lossy=elements.normal | (elements.restitution < 1.0),
-        damping=damping,
-        relaxation=np.broadcast_to(np.asarray(elements.relaxation, dtype=float), len(W)),
-        viscous=damping / np.where(sprung, slope, 1.0),
-        steady=steady,
-        noise=NEGLIGIBLE * (speed + at_rest),
-        fastest=float(single.max()),
-        approaches=approaches,
-        slowly=EASED * float(strike) * rigid_length,
-    )
+
+    elements: Elements
+    W: Array
+    to_velocity: Array
+    from_velocity: Array
+    velocity: Array
+    gravity: Array
+
+    @cached_property
+    def u(self) -> Array:
+        """Coordinates (d,) at the impact."""
+        return np.asarray(self.from_velocity @ self.velocity)
+
+    @cached_property
+    def _fall(self) -> Array:
+        """Rate (d,) at which gravity changes u."""
+        return np.asarray(self.from_velocity @ self.gravity)
+
+    @cached_property
+    def unresisted_velocity(self) -> Array:
+        """Part (n,) of the velocity before the impact that no element resists [rad/s, m/s]."""
+        return np.asarray(self.velocity - self.to_velocity @ self.u)
+
+    @cached_property
+    def unresisted_gravity(self) -> Array:
+        """Part (n,) of the accelerations of free fall that no element resists [rad/s², m/s²]."""
+        return np.asarray(self.gravity - self.to_velocity @ self._fall)
+
+    @cached_property
+    def sprung(self) -> np.ndarray:
+        """Mask (r,) of the elements that have a spring; the others give constant forces."""
+        return np.asarray(self.elements.stiffness > 0.0)
+
+    @cached_property
+    def rigid(self) -> np.ndarray:
+        """Mask (r,) of the elements that are held once they are unloaded."""
+        return np.asarray(self.elements.restitution == 0.0)
+
+    @cached_property
+    def grounded(self) -> np.ndarray:
+        """Mask (r,) of the elements of contacts."""
+        return np.asarray(self.elements.contact >= 0)
+
+    @cached_property
+    def lossy(self) -> np.ndarray:
+        """Mask (r,) of normals, and of elements that are unloaded in another way than loaded."""
+        return np.asarray(self.elements.normal | (self.elements.restitution < 1.0))
+
+    @cached_property
+    def slope(self) -> Array:
+        """√κ (r,) of the elements while they are loaded."""
+        return np.asarray(np.sqrt(self.elements.stiffness))
+
+    @cached_property
+    def viscous(self) -> Array:
+        """Scaled force (r,) of each damper beside a spring for a unit rate, c / √κ."""
+        return np.asarray(self.elements.damping / np.where(self.sprung, self.slope, 1.0))
+
+    @cached_property
+    def steady(self) -> Array:
+        """Constant forces (r,) of the elements without a spring [N, N m]."""
+        return np.where(self.sprung, 0.0, self.elements.load)
+
+    @cached_property
+    def pull(self) -> Array:
+        """Rate (d,) at which gravity and constant forces change u."""
+        return np.asarray(self._fall + self.W.T @ self.steady)
+
+    @cached_property
+    def length(self) -> Array:
+        """Lengths (r,) of the rows of W."""
+        return np.asarray(np.linalg.norm(self.W, axis=1))
+
+    @cached_property
+    def rigid_length(self) -> Array:
+        """Lengths (r,) of the rows of W on a robot whose links stay straight.
+
+        They are those of W (1 − S⁺ S), of the rows S of hinges.
+        """
+        W, hinges = self.W, self.elements.straight
+        if not hinges.any():
+            return self.length
+        S = W[hinges]
+        of_hinges = np.linalg.pinv(S, rcond=1e-9) @ S
+        return np.asarray(np.linalg.norm(W - W @ of_hinges, axis=1))
+
+    @cached_property
+    def _frequency(self) -> Array:
+        """Natural frequency (r,) of each element alone, √κ |W_i| [rad/s]."""
+        return np.asarray(self.slope * self.length)
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest natural frequency of a single element [rad/s]."""
+        return float(self._frequency.max())
+
+    @cached_property
+    def approaches(self) -> np.ndarray:
+        """Mask (r,) of the normals of contacts that approach the ground.
+
+        A contact at rest approaches by no more than rounding.
+        """
+        speed = float(np.linalg.norm(self.u))
+        return np.asarray(self.elements.normal & (self.W @ self.u < -1e-13 * self.length * speed))
+
+    @cached_property
+    def slowly(self) -> Array:
+        """Rate (r,) up to which an element is slow: a share of that of the fastest strike."""
+        closing = self.approaches
+        approach = -(self.W @ self.u)[closing] / self.rigid_length[closing]
+        strike = float(np.max(approach, initial=0.0))
+        return np.asarray(EASED * strike * self.rigid_length)
+
+    @cached_property
+    def noise(self) -> float:
+        """Size of z and u that counts as rounding.
+
+        It is a share of the speed, and of that at which single contacts come to rest.
+        """
+        speed = float(np.linalg.norm(self.u))
+        slowest = float(self._frequency[self.elements.normal].min())
+        at_rest = float(np.linalg.norm(self.pull)) / slowest
+        return NEGLIGIBLE * (speed + at_rest)
+
+    @cached_property
+    def push_noise(self) -> Array:
+        """Scaled forces (r,) of spring and damper that count as rounding."""
+        return np.asarray(self.noise * (1.0 + self.viscous * self.length))

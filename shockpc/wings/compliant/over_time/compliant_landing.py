@@ -35,9 +35,10 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
 from shockpc.wings.compliant.links.bent_landing import flexible_landing
-from shockpc.wings.compliant.motion.contacts import damper_restitution, simulate_landing
+from shockpc.wings.compliant.motion.contacts import simulate_landing
 from shockpc.wings.compliant.motion.filtered import filtered
-from shockpc.wings.compliant.motion.motion import History, StiffMotion
+from shockpc.wings.compliant.motion.laws import damper_restitution
+from shockpc.wings.compliant.motion.stiff_motion import History, StiffMotion
 from shockpc.wings.compliant.over_time.element_system import element_system
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
@@ -307,7 +308,7 @@ class CompliantLanding:
         elements, modes = self.motion.elements, self.motion.modes
         largest = modes.force[self._normal].argmax(axis=1)
         omega = 2.0 * np.pi * modes.frequency[largest]
-        c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
+        c, k = elements.damping[self._normal], elements.stiffness[self._normal]
         # ζ = c ω / 2k
         of_dampers = damper_restitution(c * omega / (2.0 * k))
         return np.where(c > 0.0, of_dampers, self._rows.restitution[self._rows.normal])
@@ -393,11 +394,11 @@ class CompliantLanding:
         # It is largest where the normal is unloaded, or at the end.
         elements, turns, normal = self.motion.elements, self._turns[1], self._normal
         speeds = (self._system.velocity + turns.jump) @ elements.rows.T
-        of_springs = turns.force + np.asarray(elements.damping) * speeds
+        of_springs = turns.force + elements.damping * speeds
         largest = np.where(turns.force > 0.0, of_springs, 0.0).max(axis=0)
         pressed = largest[normal] / elements.stiffness[normal]
         way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
-        return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
+        return np.asarray(np.where(elements.relaxation[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts.
@@ -461,7 +462,7 @@ class CompliantLanding:
         strikes = -rows @ self._system.velocity
         # Of the motion along springs only that of dampers in series does not oscillate.
         sinks = -rows @ (motion.to_velocity @ motion.segments[0].drift)
-        in_series = np.asarray(motion.elements.relaxation)[normal] > 0.0
+        in_series = motion.elements.relaxation[normal] > 0.0
         pressed = in_series & (strikes > 0.0) & (strikes < sinks)
         for k in np.flatnonzero(pressed).tolist():
             name = self.landing.contacts[k].name

@@ -19,8 +19,8 @@ from shockpc.landing.scenes.scene import Contact
 from shockpc.landing.scenes.scene_fields import spelled
 from shockpc.method.constraints import Constraint
 from shockpc.text.errors import SolveError
-from shockpc.wings.compliant.motion.contacts import attach_rotors, series_damping
-from shockpc.wings.compliant.motion.motion import Elements
+from shockpc.wings.compliant.motion.elements import Elements, attach_rotors
+from shockpc.wings.compliant.motion.laws import series_damping
 from shockpc.wings.compliant.over_time.constant_forces import constant_forces
 
 LEAST_HELD = 1e-6
