@@ -246,7 +246,7 @@ LOG = (
             ["recorded", "log.csv", "go2", "--contact=FL_foot"],
             "shock",
         ),
-        ("shockpc.wings.fall.study._trunk", ["fall", "go2", "--heading=front"], "trunk"),
+        ("shockpc.wings.fall.results._trunk", ["fall", "go2", "--heading=front"], "trunk"),
     ],
     ids=["landings that are analyzed", "a comparison with what was measured", "joints of a fall"],
 )

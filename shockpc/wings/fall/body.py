@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from shockpc.core.spatial import Array, quaternion_of
 from shockpc.impact.landed import without_kinetic_energy
@@ -21,7 +22,7 @@ from shockpc.robot.shapes.geometry import Outline, drawn_outline, outline
 from shockpc.robot.shapes.mesh import hull_corners
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import StudyError
-from shockpc.wings.fall.tipping import CrossSection
+from shockpc.wings.fall.cross_section import CrossSection
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -50,7 +51,7 @@ class Rigid:
     """A robot with its joints held.
 
     Attributes:
-        given: the scene of its posture.
+        posture_scene: the scene of its posture.
         landing: that posture.
         mass: [kg]
         com: (3,) centre of mass [m].
@@ -61,7 +62,7 @@ class Rigid:
             geometry.
     """
 
-    given: Scene
+    posture_scene: Scene
     landing: PosedLanding
     mass: float
     com: Array
@@ -103,7 +104,7 @@ class Rigid:
                 f"meets the ground"
             )
         return cls(
-            given=scene,
+            posture_scene=scene,
             landing=landing,
             mass=float(mass),
             com=com,
@@ -208,7 +209,7 @@ class Rigid:
         x, y = normal
         return np.array([x, y, 0.0]), np.sort(ends @ [-y, x])
 
-    def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
+    def on_ground(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
         """Points (n, 3) of the surface on the ground in an attitude, and their links (n,).
 
         The points are from the centre of mass, world axes [m].
@@ -225,7 +226,7 @@ class Rigid:
     def spots(self, rotation: Array, points: Array, links: np.ndarray) -> tuple[Spot, ...]:
         """The points where bodies meet the ground, one for each body.
 
-        Each is the middle of its points, as `struck` gives them, on its lowest link.
+        Each is the middle of its points, as `on_ground` gives them, on its lowest link.
         """
         frames, spots = self.landing.robot.frames, []
         bodies = np.array([frames[link].body for link in links.tolist()])
@@ -258,7 +259,7 @@ class Rigid:
             stands: what is on the ground already.
             slides: whether that slides.
         """
-        scene = self.given
+        scene = self.posture_scene
         base = rotation @ self.landing.state.rotation[0, 0]
         quaternion = quaternion_of(base @ self.landing.robot.bodies[0].rotation.T)
         ground = min(float(rotation[2] @ spot.point) for spot in (*struck, *stands))
@@ -304,6 +305,11 @@ class Rigid:
         r = state.rotation[0, frame.body].T @ arm
         x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
         return x, y, z
+
+
+def tilt(forward: Array, angle: float) -> Array:
+    """The rotation (3, 3) of a robot that tips by an angle [rad] along a level unit vector."""
+    return np.asarray(Rotation.from_rotvec(angle * np.cross(UP, forward)).as_matrix())
 
 
 def _placed(of_robot: Outline, landing: PosedLanding) -> list[Shape]:

@@ -15,7 +15,9 @@ from shockpc.show.header import joint_model_text
 from shockpc.show.tables import rounded
 from shockpc.show.wording import robot_name
 from shockpc.text.printed import few, printable
-from shockpc.wings.fall.study import Falls, StrikeResult
+from shockpc.wings.fall.report import manner
+from shockpc.wings.fall.results import StrikeResult
+from shockpc.wings.fall.study import Falls
 
 PICTURES, COLUMNS = 12, 4
 """Most pictures, and most in a line."""
@@ -63,13 +65,12 @@ def draw_falls(falls: Falls) -> Figure:
 def _heading(falls: Falls) -> tuple[str, ...]:
     """The lines above the pictures."""
     profile = falls.results[0].profile
-    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
     name, _, place = falls.rank.partition("@")
     ranked = select(name).quantity.title
     if place:
         ranked += f" of {place}"
     return (
-        f"{robot_name(profile.robot)} {what}: the worst strike of each kind, by "
+        f"{robot_name(profile.robot)} {manner(falls)}: the worst strike of each kind, by "
         f"{printable(ranked, 60)}",
         "red: struck; blue: stands and presses; dot: contact; each falls towards the right; one "
         "scale",

@@ -5,19 +5,23 @@ The pictures are in the attitude of the impact.
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.landing.ratings import torque_limits
+from shockpc.landing.scenes.scene import Scene
 from shockpc.show.document import record
 from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
-from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Heading, Lines, Row, Sheet
+from shockpc.show.report import Picture, Report, Section
+from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
 from shockpc.text.printed import cause_lines, causes, count, few, in_degrees, listed
-from shockpc.wings.fall.strikes import FallStrike, Tip
-from shockpc.wings.fall.study import EFFORTS, Falls
+from shockpc.wings.fall.margins import EFFORTS
+from shockpc.wings.fall.planar_fall import Phase
+from shockpc.wings.fall.strikes import FallStrike
+from shockpc.wings.fall.study import Falls
+from shockpc.wings.fall.tip_over import Tip
 
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
@@ -25,65 +29,54 @@ PAGE, ROWS = 12, 16
 LEAST_ROTATION = math.radians(1.0)
 """Rotation below which a part of the motion is not reported separately [rad]."""
 
-LIMITS = ("height", "contact", "limits")
-"""Kinds of warnings that every strike of a fall may have.
-
-They are of flat ground, on which its strikes are chosen, and of the posture.
-"""
-
 
 def fall_report(falls: Falls) -> Report:
     """The falls."""
-    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
-    picture = Picture(
-        "fall",
-        "the robot in the moment of the worst impacts",
-        "wings.fall.figure:draw_falls",
-        (falls,),
-    )
     profiles = {result.strike.name: result.profile for result in falls.results}
+    sheets = {"strikes": lambda: _every_strike(falls), "falls": lambda: _tips(falls)}
+    if _judged(falls):
+        sheets["margins"] = lambda: _margins(falls)
+    reasons = causes((name, str(error)) for name, error in falls.failures)
     return Report(
         name="fall",
-        title=f"Falls of {falls.robot.label}, {what}",
-        body=lambda full: [
-            Lines(list(_lines(falls))),
-            *([picture] if falls.results else []),
-            *([_tips(falls)] if falls.tips else []),
-            *_strikes(falls, full),
-            *(
-                [_margins(falls).largest(None if full else ROWS, "margin")]
-                if _judged(falls)
-                else []
-            ),
-        ],
+        title=f"Falls of {falls.robot.label}, {manner(falls)}",
+        body=lambda full: _body(falls, full),
+        # All but the margins.
         lead=3 + bool(falls.results) + bool(falls.tips),
-        closing=[
-            f"not computed: {line}"
-            for line in cause_lines(
-                causes((name, str(why)) for name, why in falls.failures), "falls", 6
-            )
-        ],
-        warnings=[
-            *(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings),
-            *_warnings(falls),
-        ],
-        sheets={
-            "strikes": lambda: _every_strike(falls),
-            "falls": lambda: _tips(falls),
-            **({"margins": lambda: _margins(falls)} if _judged(falls) else {}),
-        },
+        closing=[f"not computed: {line}" for line in cause_lines(reasons, "falls", 6)],
+        warnings=list(_warnings(falls)),
+        sheets=sheets,
         tables=True,
         document=lambda: _document(falls),
         landings=dict(list(profiles.items())[:PAGE]),
     )
 
 
-def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
+def manner(falls: Falls) -> str:
+    """Text of how the robot falls."""
+    return f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
+
+
+def _body(falls: Falls, full: bool) -> Iterator[Section]:
+    """The sections. Args: full, whether with all rows and columns."""
+    yield Lines(list(_lines(falls)))
     if falls.results:
-        header = dict(scene_lines(falls.results[0].profile))
-        postures = dict.fromkeys(
-            result.profile.landing.scene.posture.reference or "" for result in falls.results
-        )
+        title = "the robot in the moment of the worst impacts"
+        yield Picture("fall", title, "wings.fall.figure:draw_falls", (falls,))
+    if falls.tips:
+        yield _tips(falls)
+    yield from _strikes(falls, full)
+    if _judged(falls):
+        yield _margins(falls).largest(None if full else ROWS, "margin")
+
+
+def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
+    """The lines above the tables: what falls, on what ground, and how."""
+    if falls.results:
+        profile = falls.results[0].profile
+        header = dict(scene_lines(profile))
+        scenes = [result.profile.landing.scene for result in falls.results]
+        postures = dict.fromkeys(scene.posture.reference or "" for scene in scenes)
         yield from unknown_lines(result.profile for result in falls.results)
         yield "robot", header["robot"]
         yield (
@@ -91,47 +84,52 @@ def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
             f"{listed(postures)}; joints are held until a strike, and move in it with their drives",
         )
         yield "joint model", header["joint model"]
-        friction = falls.results[0].profile.scene.friction
-        sticks = (
-            "contacts stick unless they would be pulled, and slide then; --friction MU for "
-            "contacts that slide"
-        )
-        rest = f"friction {friction:g}" if friction is not None else sticks
-        if falls.results[0].profile.scene.yields:
-            rest += (
-                "; with a contact stiffness, contacts that exist before a strike are left out of it"
-            )
-        yield "ground", f"level, rigid, no restitution; {rest}"
+        yield "ground", f"level, rigid, no restitution; {_contact_law(profile.scene)}"
     if falls.drop is not None:
-        yield (
-            "attitudes",
-            (
-                "faces, edges and corners of the box around the posture, the centre of mass above "
-                "it (MIL-STD-810H, method "
-                "516.8, procedure IV; diagonals of the box are another interpretation)"
-                if any(name.split()[-2:][0] in ("face", "edge", "corner") for name in _names(falls))
-                else "spread evenly; rotation about the vertical does not matter"
-            ),
-        )
+        yield "attitudes", _attitudes(falls)
     for note in falls.notes:
         yield "geometry", note
 
 
-def _names(falls: Falls) -> list[str]:
-    return [result.strike.fall for result in falls.results]
+def _contact_law(scene: Scene) -> str:
+    """Text of how contacts of a scene stick or slide."""
+    if scene.friction is not None:
+        law = f"friction {scene.friction:g}"
+    else:
+        law = (
+            "contacts stick unless they would be pulled, and slide then; --friction MU for "
+            "contacts that slide"
+        )
+    if scene.yields:
+        law += "; with a contact stiffness, contacts that exist before a strike are left out of it"
+    return law
 
 
-def _warnings(falls: Falls) -> list[str]:
+def _attitudes(falls: Falls) -> str:
+    """Text of the attitudes of drops."""
+    kinds = {result.strike.fall.split()[-2:][0] for result in falls.results}
+    if kinds & {"face", "edge", "corner"}:
+        return (
+            "faces, edges and corners of the box around the posture, the centre of mass above "
+            "it (MIL-STD-810H, method "
+            "516.8, procedure IV; diagonals of the box are another interpretation)"
+        )
+    return "spread evenly; rotation about the vertical does not matter"
+
+
+def _warnings(falls: Falls) -> Iterator[str]:
+    """The warnings of tips, strikes and their landings."""
+    for tip in falls.tips:
+        for text in tip.warnings:
+            yield f"warning: {tip.name}: {text}"
+    for result in falls.results:
+        if result.strike.remark:
+            yield f"warning: {result.strike.name}: {result.strike.remark}"
     profiles = {result.strike.name: result.profile for result in falls.results}
-    remarks = [
-        f"warning: {result.strike.name}: {result.strike.remark}"
-        for result in falls.results
-        if result.strike.remark
-    ]
-    return [*remarks, *(line for line in shared_warnings(profiles, without="height"))]
+    yield from shared_warnings(profiles, without="height")
 
 
-class Motion(NamedTuple):
+class TippingMotion(NamedTuple):
     """Phases of a fall that are one motion.
 
     Attributes:
@@ -150,7 +148,7 @@ def moves(tip: Tip, until: float) -> str:
 
     What alternates within `LEAST_ROTATION`, as on a round foot, is one motion.
     """
-    motions: list[Motion] = []
+    motions: list[TippingMotion] = []
     phases = [phase for phase in tip.fall.phases if phase.start.theta < until]
     for kind, group in itertools.groupby(phases, lambda phase: phase.kind):
         same_kind = list(group)
@@ -159,7 +157,7 @@ def moves(tip: Tip, until: float) -> str:
         kinds: set[str] = {kind}
         if motions and short and motions[-1].short:
             kinds |= motions.pop().kinds
-        motions.append(Motion(kinds, end, short))
+        motions.append(TippingMotion(kinds, end, short))
     # Of motions with the same words the last one counts.
     words: list[tuple[str, float]] = []
     for motion in motions:
@@ -281,7 +279,7 @@ def _notes(falls: Falls, full: bool) -> list[str]:
         )
     near: dict[str, str] = {}
     stands: dict[str, str] = {}
-    stops: dict[str, str] = {}
+    end_stops: dict[str, str] = {}
     for result in falls.results:
         strike = result.strike
         if strike.near:
@@ -290,15 +288,15 @@ def _notes(falls: Falls, full: bool) -> list[str]:
             stands[strike.name] = listed(strike.stands)
         if result.stop is not None and not full:
             joint, time = result.stop
-            stops[strike.name] = f"{joint} {1e3 * time:.3g} ms"
-    for what, texts in (
+            end_stops[strike.name] = f"{joint} {1e3 * time:.3g} ms"
+    for subject, texts in (
         ("within 5 mm of striking too", near),
         ("on the ground already and pressing", stands),
-        ("first at its stop if rates stay", stops),
+        ("first at its stop if rates stay", end_stops),
     ):
         if texts:
             first = itertools.islice(texts.items(), 4)
-            notes.append(f"{what}: " + "; ".join(f"{text} ({name})" for name, text in first))
+            notes.append(f"{subject}: " + "; ".join(f"{text} ({name})" for name, text in first))
     if not full:
         notes.append("places, rates and stops of every strike: --out DIR, --format md or json")
     return notes
@@ -372,33 +370,24 @@ def _margins(falls: Falls) -> Sheet:
 
 def _every_strike(falls: Falls) -> Sheet:
     """All strikes in the order in which they happen."""
-    table, stop_of = falls.table, {one.strike.name: one.stop for one in falls.results}
-    known = {(one.fall, one.number): one for one in falls.strikes}
-    keys = zip(table.columns["fall"].tolist(), table.columns["number"].tolist(), strict=True)
-    strikes = [known.get(key) for key in keys]
-    names = [one and one.name for one in strikes]
-    stops = [stop_of.get(name or "") for name in names]
-    columns: dict[Any, Any] = {}
+    table = falls.table
+    end_stops = {result.strike.name: result.stop for result in falls.results}
+    first = [end_stops.get(strike.name) for strike in falls.strikes]
+    columns: dict[str | Heading, Sequence[Cell]] = {}
     for name, values in table.columns.items():
         if name not in ("landing", "proven"):
-            columns[name, table.units[name]] = [
-                cell if cell != "" else None for cell in values.tolist()
-            ]
+            unit = table.units[name]
+            heading = f"{name} [{unit}]" if unit else name
+            columns[heading] = [None if cell == "" else cell for cell in values.tolist()]
         # Texts stand beside the numbers that they explain.
         if name == "number":
-            columns["strike", ""] = names
+            columns["strike"] = [strike.name for strike in falls.strikes]
         if name == "struck":
-            columns["struck links", ""] = [one and struck_words(one) for one in strikes]
-    columns["first at its stop", ""] = [stop and stop[0] for stop in stops]
-    columns["stop after", "ms"] = [stop and float(stop[1]) for stop in stops]
-    columns["failure", ""] = [table.messages.get(i) for i in range(len(table))]
-    return Sheet.of(
-        "",
-        {
-            Heading.of(f"{name} [{unit}]" if unit else name): cells
-            for (name, unit), cells in columns.items()
-        },
-    )
+            columns["struck links"] = list(map(struck_words, falls.strikes))
+    columns["first at its stop"] = [end_stop and end_stop[0] for end_stop in first]
+    columns["stop after [ms]"] = [end_stop and end_stop[1] for end_stop in first]
+    columns["failure"] = [table.messages.get(i) for i in range(len(table))]
+    return Sheet.of("", columns)
 
 
 def _document(falls: Falls) -> dict[str, Any]:
@@ -409,25 +398,7 @@ def _document(falls: Falls) -> dict[str, Any]:
     return {
         "rank": falls.rank,
         "drop": falls.drop,
-        "falls": [
-            {
-                "fall": tip.name,
-                "forward": tip.forward,
-                "hinged": tip.hinged,
-                "rests": tip.fall.rests,
-                "phases": [
-                    {
-                        "motion": phase.kind,
-                        "from_deg": in_degrees(phase.start.theta),
-                        "to_deg": in_degrees(phase.end.theta),
-                        "rate": phase.end.omega,
-                    }
-                    for phase in tip.fall.phases
-                ],
-                "warnings": tip.warnings,
-            }
-            for tip in falls.tips
-        ],
+        "falls": list(map(_tip_document, falls.tips)),
         "strikes": [
             {
                 **record(result.strike, "fall", "number", "struck", "near", "pressing", "stands"),
@@ -439,4 +410,26 @@ def _document(falls: Falls) -> dict[str, Any]:
         ],
         "failures": [{"fall": name, "reason": str(reason)} for name, reason in falls.failures],
         "notes": falls.notes,
+    }
+
+
+def _tip_document(tip: Tip) -> dict[str, Any]:
+    """A fall in the document."""
+    return {
+        "fall": tip.name,
+        "forward": tip.forward,
+        "hinged": tip.hinged,
+        "rests": tip.fall.rests,
+        "phases": list(map(_phase_document, tip.fall.phases)),
+        "warnings": tip.warnings,
+    }
+
+
+def _phase_document(phase: Phase) -> dict[str, Any]:
+    """A part of a fall in the document."""
+    return {
+        "motion": phase.kind,
+        "from_deg": in_degrees(phase.start.theta),
+        "to_deg": in_degrees(phase.end.theta),
+        "rate": phase.end.omega,
     }

@@ -9,35 +9,31 @@ together, the landing has those that press.
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
-import numpy as np
-
-from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
-from shockpc.evaluation.profiles import proven
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variations.scene_grid import scene_grid
 from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.bandwidths import low_passes_of
-from shockpc.landing.ratings import TorqueStrength, torque_limits
-from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.landing.scenes.scene_fields import CONTACT, STRIKE, Option
-from shockpc.quantities.selection import Selection, select
-from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.geometry import drawn_outline, outline
-from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.diagnostic import Diagnostic, warn
 from shockpc.text.display import brief, shown_by
-from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
+from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import count, listed
 from shockpc.text.trace import Trace
 from shockpc.wings.fall.body import Rigid
-from shockpc.wings.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
+from shockpc.wings.fall.drops import drops
+from shockpc.wings.fall.margins import EFFORTS, StrikeMargin, judged_kinds, smallest_margins
+from shockpc.wings.fall.results import StrikeResult, landings_of_strikes, strikes_table
+from shockpc.wings.fall.strikes import FallStrike, strikes_of
+from shockpc.wings.fall.tip_over import Tip, tip_over
 
 HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Directions of a fall from forward to the left [deg]."""
@@ -48,56 +44,6 @@ LEAST = 0.1
 STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
 """Quantities of every strike: of contacts that stick, or with friction."""
-
-NO_TRUNK = (math.nan, math.nan, math.nan)
-"""Motions of the heaviest body of a strike that could not be computed [m/s]."""
-
-EFFORTS = "joint_torque_share"
-"""Quantity of every strike by which joints are judged."""
-
-
-class StrikeResult(NamedTuple):
-    """A strike and its results.
-
-    Attributes:
-        strike: the strike.
-        values: the worst value of each quantity, by its text; NaN where there is none.
-        places: where it is the worst, by text.
-        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free
-            joints, with drives, locked; NaN without a verdict [m/s].
-        stop: joint that reaches its limit first after the strike if its rate stays, and when [s];
-            None if none moves towards it.
-        profile: of the landing.
-    """
-
-    strike: FallStrike
-    values: Mapping[str, float]
-    places: Mapping[str, str]
-    trunk: tuple[float, ...]
-    stop: tuple[str, float] | None
-    profile: ShockProfile
-
-
-class Margin(NamedTuple):
-    """Margin of a part, or a joint, to what it withstands in its worst strike.
-
-    Attributes:
-        name: of the part, or of the joint that no part rates.
-        kind: "part" or "joint".
-        margin: of a part as `part_margin`, of a joint its torque or effort limit over the torque
-            [1].
-        torque: along the joint's axis; None of a part at a point [N m, N].
-        withstands: the torque given, or the effort limit of the robot's file; None of a part at a
-            point [N m, N].
-        strike: name of the strike.
-    """
-
-    name: str
-    kind: Literal["part", "joint"]
-    margin: float
-    torque: float | None
-    withstands: float | None
-    strike: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +74,7 @@ class Falls:
     failures: tuple[tuple[str, ShockError], ...]
     drop: float | None
     notes: tuple[str, ...]
-    margins: tuple[Margin, ...]
+    margins: tuple[StrikeMargin, ...]
 
     _repr_html_ = shown_by("wings.fall.report:fall_report")
 
@@ -309,7 +255,7 @@ def fall(
     scenes = postures_of_grid
 
     # Quantities are read before the robot falls, so that an unknown one is refused early.
-    judged = _judged(scenes.values(), robot)
+    judged = judged_kinds(scenes.values(), robot)
     texts, rank = _quantities(scenes.values(), judged, rank, quantities)
     selections = [select(text.partition("@")[0]) for text in texts]
 
@@ -323,7 +269,7 @@ def fall(
         raise _no_strike(motion.failures, least)
 
     # A strike without a solution is a row with its reason; without any solution it is an error.
-    results_by_name, refused = _results(motion.strikes, robot, selections, texts, trace)
+    results_by_name, refused = landings_of_strikes(motion.strikes, robot, selections, texts, trace)
     if not results_by_name:
         raise next(iter(refused.values()))
     worse = selections[0].worse
@@ -338,11 +284,11 @@ def fall(
         tips=tuple(motion.tips),
         strikes=tuple(motion.strikes),
         results=tuple(results),
-        table=_table(motion.strikes, results_by_name, refused, texts),
+        table=strikes_table(motion.strikes, results_by_name, refused, texts),
         failures=tuple((motion.failures | refused).items()),
         drop=drop,
         notes=tuple(dict.fromkeys(motion.notes)),
-        margins=_margins(results) if any(judged) else (),
+        margins=smallest_margins(results) if any(judged) else (),
     )
 
 
@@ -374,7 +320,7 @@ def _quantities(
 
     Args:
         scenes: of all postures.
-        judged: as `_judged` gives it.
+        judged: as `judged_kinds` gives it.
         rank: quantity by which strikes are ranked; by default the margin of parts if they are
             judged, else the largest jump, with friction if a scene has it.
         more: further quantities.
@@ -458,63 +404,6 @@ def _warnings(results: Iterable[StrikeResult]) -> Iterator[Diagnostic]:
                 yield warning
 
 
-def _judged(scenes: Iterable[Scene], robot: Robot) -> tuple[bool, bool]:
-    """Two flags: parts of a scene can be judged, and joints by their torques.
-
-    Torques need a pulse, a stiffness or a part that says how long they last.
-    """
-    parts = efforts = False
-    for scene in scenes:
-        limits, durations = torque_limits(robot, scene.part)
-        lasts = scene.pulse is not None or scene.yields
-        of_joints = bool(np.any(np.isfinite(limits) & (lasts | np.isfinite(durations))))
-        efforts |= of_joints
-        parts |= any(part.at or of_joints for part in scene.part)
-    return parts, efforts
-
-
-def _margins(results: Sequence[StrikeResult]) -> tuple[Margin, ...]:
-    """The smallest margin over the strikes of every part, and of every joint that no part rates."""
-    margins: list[Margin] = []
-    for result in results:
-        margins += _part_margins(result)
-        margins += _joint_margins(result)
-    worst: dict[tuple[str, str], Margin] = {}
-    for margin in sorted(margins, key=lambda margin: margin.margin):
-        worst.setdefault((margin.kind, margin.name), margin)
-    return tuple(worst.values())
-
-
-def _part_margins(result: StrikeResult) -> Iterator[Margin]:
-    """The margins of parts in a strike."""
-    for part in result.profile.parts:
-        if part.part_margin is None:
-            continue
-        withstands = None
-        if isinstance(part.strength, TorqueStrength):
-            withstands = part.strength.momentary_torque
-        yield Margin(
-            part.part, "part", part.part_margin, part.torque, withstands, result.strike.name
-        )
-
-
-def _joint_margins(result: StrikeResult) -> Iterator[Margin]:
-    """The margins of joints that no part rates in a strike."""
-    profile = result.profile
-    rated = {part.joint for part in profile.landing.parts}
-    joints = [place for place in profile.places("joint") if place.number not in rated]
-    if not joints:
-        return
-    limits = torque_limits(profile.robot, profile.scene.part)[0]
-    shares = profile.numbers(select(EFFORTS), joints).tolist()
-    for joint, share in zip(joints, shares, strict=True):
-        if math.isnan(share):
-            continue
-        limit = float(limits[joint.number])
-        margin = 1.0 / share if share else math.inf
-        yield Margin(joint.name, "joint", margin, share * limit, limit, result.strike.name)
-
-
 def _refuse_options(scene: Scene) -> None:
     """Refuse settings of a scene that would have no effect.
 
@@ -568,160 +457,3 @@ def _heading(heading: str | float) -> tuple[str, float]:
         valid = f"{', '.join(HEADINGS)}, and an angle from forward to the left within 360 deg"
         raise StudyError(f'"{heading}" is no heading; valid are {valid}')
     return f"{angle:g} deg", math.radians(angle)
-
-
-def _results(
-    strikes: Sequence[FallStrike],
-    robot: Robot,
-    selections: Sequence[Selection],
-    texts: Sequence[str],
-    trace: Trace,
-) -> tuple[dict[str, StrikeResult], dict[str, ShockError]]:
-    """The landings of strikes by their names, and why others have none."""
-    cases = {strike.name: (strike.scene, robot) for strike in strikes}
-    if len(cases) < len(strikes):
-        raise StudyError("two falls have one name; give each posture and heading once")
-    free = proven(_with_joints(cases, "free"), selections, trace)
-    driven = proven(cases, selections, trace)
-    locked = proven(_with_joints(cases, "locked"), selections, trace)
-
-    # The landing itself is the one with drives; of the others only defects are told.
-    refused: dict[str, ShockError] = {}
-    for name, error in free.items():
-        if isinstance(error, DefectError):
-            refused[name] = error
-    for name, error in driven.items():
-        if isinstance(error, ShockError):
-            refused[name] = error
-    for name, error in locked.items():
-        if isinstance(error, DefectError):
-            refused[name] = error
-    results: dict[str, StrikeResult] = {}
-    for strike in strikes:
-        name = strike.name
-        profile = driven[name]
-        if isinstance(profile, ShockError):
-            continue
-        landings = [free[name], profile, locked[name]]
-        result = attempt(_result, strike, profile, texts, landings)
-        if isinstance(result, ShockError):
-            refused[name] = result
-        else:
-            results[name] = result
-    return results, refused
-
-
-def _with_joints(
-    cases: Mapping[str, tuple[Scene, Robot]], model: Literal["free", "locked"]
-) -> dict[str, tuple[Scene, Robot]]:
-    """Landings with another joint model."""
-    joints = Joints(model=model)
-    return {name: (replace(scene, joints=joints), robot) for name, (scene, robot) in cases.items()}
-
-
-def _table(
-    strikes: Sequence[FallStrike],
-    results: Mapping[str, StrikeResult],
-    refused: Mapping[str, ShockError],
-    texts: Sequence[str],
-) -> Table:
-    """All strikes, with columns that tell them apart and the worst value of each quantity."""
-    columns: dict[str, np.ndarray] = {}
-    for key in ("fall", "number", "motion", "rate", "speed", "energy"):
-        columns[key] = np.array([getattr(strike, key) for strike in strikes])
-    columns["struck"] = np.array(["+".join(strike.struck) for strike in strikes])
-    columns["rotation"] = np.degrees([strike.rotation for strike in strikes]).round(9)
-    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"}
-
-    # A strike that was refused keeps its row, so that the table has all strikes in their order.
-    of_strikes = [results.get(strike.name) for strike in strikes]
-    for text in texts:
-        values = [math.nan if result is None else result.values[text] for result in of_strikes]
-        places = ["" if result is None else result.places[text] for result in of_strikes]
-        columns[text] = np.array(values)
-        columns[f"{text} at"] = np.array(places)
-        units[f"{text} at"] = ""
-    # What the joints do changes the trunk's motion most, so that each joint model has a column.
-    trunk = np.array([NO_TRUNK if result is None else result.trunk for result in of_strikes])
-    for k, model in enumerate(("free", "with drives", "locked")):
-        columns[f"trunk {model}"] = trunk[:, k]
-        units[f"trunk {model}"] = "m/s"
-    columns["proven"] = np.array([result is not None for result in of_strikes])
-    messages: dict[int, str] = {}
-    for i, strike in enumerate(strikes):
-        if strike.name in refused and strike.name not in results:
-            messages[i] = str(refused[strike.name])
-    return Table((), columns, messages, defects=tuple(traces(refused.values())), label_units=units)
-
-
-def _trunk(profile: ShockProfile | ShockError) -> float:
-    """|Δv| of the heaviest body's centre of mass [m/s]; NaN without a verdict.
-
-    It is with friction where this is given.
-    """
-    if isinstance(profile, ShockError):
-        return math.nan
-    key = "shock_com" if profile.scene.friction is None else "shock_com_friction"
-    heaviest = int(np.argmax(profile.robot.masses))
-    return float(profile.value(key, "body")[heaviest]) * profile.v_in
-
-
-def _result(
-    strike: FallStrike,
-    profile: ShockProfile,
-    texts: Sequence[str],
-    landings: Sequence[ShockProfile | ShockError],
-) -> StrikeResult:
-    """The result of a strike.
-
-    Args: landings, the same with joints free, with drives and locked.
-    """
-    values: dict[str, float] = {}
-    places: dict[str, str] = {}
-    for text in texts:
-        values[text], places[text] = _worst(profile, text)
-    return StrikeResult(
-        strike=strike,
-        values=values,
-        places=places,
-        trunk=tuple(map(_trunk, landings)),
-        stop=_first_stop(profile),
-        profile=profile,
-    )
-
-
-def _worst(profile: ShockProfile, text: str) -> tuple[float, str]:
-    """The worst value of a quantity, and where; NaN and no place where it has no value."""
-    key, at, place = text.partition("@")
-    if profile.scene.friction is None:
-        key = key.removesuffix("_friction")  # as its remark says
-    if select(key).quantity.scope.lacks(profile.landing):
-        return math.nan, ""
-    selection, where = selected(profile.landing, key + at + place)
-    if not len(where):
-        return math.nan, ""
-    numbers = profile.numbers(selection, where)
-    if not np.isfinite(numbers).any():
-        return math.nan, ""
-    k = int(np.argmax(selection.worse(numbers)))
-    return float(numbers[k]), where[k].name
-
-
-def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
-    """The joint that first reaches a limit after a strike, and when [s].
-
-    Only joints within their limits count.
-    """
-    key = "delta_qd" if profile.scene.friction is None else "delta_qd_friction"
-    rates = profile.value(key, "joint").tolist()
-    first: tuple[str, float] | None = None
-    for place, rate in zip(profile.places("joint"), rates, strict=True):
-        joint = profile.robot.joint(place.name)
-        if joint.kind not in ("revolute", "prismatic") or abs(rate) <= 1e-9:
-            continue
-        left = joint.limits[rate > 0.0] - joint.value(profile.q)
-        if not (math.isfinite(left) and left * rate > 0.0 and abs(left) > LIMIT_SLACK):
-            continue
-        if first is None or left / rate < first[1]:
-            first = joint.name, left / rate
-    return first

@@ -20,8 +20,9 @@ from shockpc import Joints, Posture, Scene, fall, load_robot
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.robot.shapes.convex import Shape
 from shockpc.wings.fall.body import UP, Rigid
-from shockpc.wings.fall.strikes import _support
-from shockpc.wings.fall.tipping import CrossSection, Fall, SectionMotion, follow_fall
+from shockpc.wings.fall.cross_section import CrossSection, SectionMotion
+from shockpc.wings.fall.planar_fall import Fall, follow_fall
+from shockpc.wings.fall.tip_over import _support
 
 ROBOTS = ("g1", "talos", "go2", "anymal_b", "bolt")
 HEADINGS = (0.0, 90.0, 180.0, -90.0)
@@ -171,15 +172,15 @@ def predicted(
     """
     left = np.cross(UP, forward)
     skew = np.array([[0.0, -left[2], left[1]], [left[2], 0.0, -left[0]], [-left[1], left[0], 0.0]])
-    for touch in found.touches:
-        theta = touch.before.theta
+    for impact in found.impacts:
+        theta = impact.before.theta
         turn = np.eye(3) + math.sin(theta) * skew + (1.0 - math.cos(theta)) * skew @ skew
         points, links = rigid.points(-turn[2:])
         points = (points - rigid.com) @ turn.T
-        a, b = section.at(touch.corner, theta)
+        a, b = section.at(impact.corner, theta)
         near = (np.abs(points @ forward - a) < 0.01) & (np.abs(points[:, 2] - b) < 1e-3)
         if new := set(links[near].tolist()) - without:
-            return First(new, math.degrees(theta), touch.before.omega, touch.speed)
+            return First(new, math.degrees(theta), impact.before.omega, impact.speed)
     raise AssertionError("nothing but what stands strikes")
 
 

@@ -26,8 +26,9 @@ from shockpc import (
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.selection import select
 from shockpc.wings.fall.body import Rigid
+from shockpc.wings.fall.cross_section import CrossSection, SectionMotion
+from shockpc.wings.fall.planar_fall import follow_fall
 from shockpc.wings.fall.report import fall_report
-from shockpc.wings.fall.tipping import CrossSection, SectionMotion, follow_fall
 
 PARTS = (
     # name, carrier, place of the joint, centre and sides of the box about the joint, mass
@@ -138,8 +139,8 @@ def tipped(
 
 def test_tip_of_a_rod():
     """The tip of a uniform rod on a hinge strikes at √(3 g L)."""
-    (touch,) = tipped(box(1e-9, 0.7), hinged=0.0).touches
-    assert touch.speed == pytest.approx(math.sqrt(3.0 * GRAVITY * 0.7), rel=1e-8)
+    (impact,) = tipped(box(1e-9, 0.7), hinged=0.0).impacts
+    assert impact.speed == pytest.approx(math.sqrt(3.0 * GRAVITY * 0.7), rel=1e-8)
 
 
 def test_box_on_a_hinge_and_sliding():
@@ -147,13 +148,13 @@ def test_box_on_a_hinge_and_sliding():
     slowly.
     """
     w, h = 0.1, 1.0
-    (hinge,) = tipped(box(w, h), hinged=0.0).touches
+    (hinge,) = tipped(box(w, h), hinged=0.0).impacts
     closed = math.sqrt(2.0 * GRAVITY * (math.hypot(w, h) / 2.0 - w / 2.0) / ((w * w + h * h) / 3.0))
     assert hinge.before.omega == pytest.approx(closed, rel=1e-9)
     assert hinge.before.omega == pytest.approx(5.134, abs=1e-3)
     found = tipped(box(w, h), 0.5)
     assert [phase.kind for phase in found.phases][:2] == ["pivots", "slides"]
-    assert found.touches[0].before.omega == pytest.approx(4.884, abs=1e-3)
+    assert found.impacts[0].before.omega == pytest.approx(4.884, abs=1e-3)
 
 
 def test_slip_begins_where_the_closed_form_says():
@@ -198,10 +199,12 @@ def test_rolling_polygon_loses_energy_at_each_change():
     found = follow_fall(wheel, corner, wheel.pivoting(corner, 0.0, 3.0))
     kept = (inertia + m * r * r * math.cos(2.0 * math.pi / n)) / (inertia + m * r * r)
     forward = [
-        touch for touch in found.touches if touch.before.omega > 0.0 and touch.corner > touch.on
+        impact
+        for impact in found.impacts
+        if impact.before.omega > 0.0 and impact.corner > impact.on
     ]
     assert len(forward) > 2
-    assert [touch.after.omega / touch.before.omega for touch in forward] == pytest.approx(
+    assert [impact.after.omega / impact.before.omega for impact in forward] == pytest.approx(
         [kept] * len(forward), rel=1e-9
     )
     assert found.rests
@@ -226,9 +229,9 @@ def test_energy_is_never_gained():
             assert phase.kind == "slides" or change >= -1e-7 * scale
             lowest = section.at(section.lowest(phase.end.theta), phase.end.theta)[1]
             assert phase.end.z + lowest >= -1e-7
-        for touch in found.touches:
-            assert section.energy(touch.after) <= section.energy(touch.before) + 1e-9 * scale
-            assert touch.speed >= -1e-9
+        for impact in found.impacts:
+            assert section.energy(impact.after) <= section.energy(impact.before) + 1e-9 * scale
+            assert impact.speed >= -1e-9
     assert kinds == {"pivots", "slides", "is in the air"}
 
 
@@ -360,20 +363,20 @@ def test_strikes_of_a_rigid_robot_are_those_of_its_fall(figure, friction):
         headings=("front", "back"),
     )
     assert found.failures == ()
-    touches = {
-        (touch.before.theta, touch.before.omega): touch
+    corners = {
+        (impact.before.theta, impact.before.omega): impact
         for tip in found.tips
-        for touch in tip.fall.touches
-        if touch.speed >= 0.1
+        for impact in tip.fall.impacts
+        if impact.speed >= 0.1
     }
     left = {tip.name: np.cross([0.0, 0.0, 1.0], tip.forward) for tip in found.tips}
     assert {"pivots", "slides"} <= {one.strike.motion for one in found.results}
     for one in found.results:
-        profile, touch = one.profile, touches[one.strike.rotation, one.strike.rate]
+        profile, corner = one.profile, corners[one.strike.rotation, one.strike.rate]
         impact = profile.friction and profile.friction.impact
         jump = profile.delta_omega[0] if impact is None else impact.jumps[0, 0, :3, 3]
         assert left[one.strike.fall] @ profile.rotation[0] @ jump == pytest.approx(
-            touch.after.omega - touch.before.omega, rel=1e-6
+            corner.after.omega - corner.before.omega, rel=1e-6
         )
 
 
@@ -621,7 +624,10 @@ def test_a_fall_without_a_strike_of_that_speed_is_listed(falls):
     """With what it does until it rests, beside those that strike."""
     strikes = tuple(strike for strike in falls.strikes if strike.fall == "front")
     results = tuple(result for result in falls.results if result.strike.fall == "front")
-    front = fall_report(replace(falls, strikes=strikes, results=results))
+    of_front = falls.table.columns["fall"] == "front"
+    columns = {name: values[of_front] for name, values in falls.table.columns.items()}
+    table = replace(falls.table, columns=columns)
+    front = fall_report(replace(falls, strikes=strikes, results=results, table=table))
     (row,) = [row for row in front.text("table").splitlines() if row.startswith("left  ")]
     assert "pivots to" in row
     assert row.split()[-3:] == ["0", "–", "–"]
