@@ -119,25 +119,18 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
         frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {}
     )
     walk.read(root, _table(*tables), root, strict=False)
-    records: dict[Treatment, list[Unread]] = {}
+    by_treatment: dict[Treatment, list[str]] = {}
     for kind, places in walk.kinds.items():
-        several = records.setdefault(kind.treatment, [])
-        if len(several) < _MOST:
-            value = next((f" {value} " for _, value in places if value), " ")
-            several.append(
-                Unread(
-                    kind.treatment,
-                    f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}",
-                )
-            )
-        elif len(several) == _MOST:
-            left = sum(other.treatment == kind.treatment for other in walk.kinds) - _MOST
-            several.append(
-                Unread(
-                    kind.treatment, f"{left} other kinds of tags and attributes are not read either"
-                )
-            )
-    return tuple(itertools.chain.from_iterable(records.values()))
+        value = next((f" {value} " for _, value in places if value), " ")
+        text = f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}"
+        by_treatment.setdefault(kind.treatment, []).append(text)
+    records: list[Unread] = []
+    for treatment, texts in by_treatment.items():
+        records += [Unread(treatment, text) for text in texts[:_MOST]]
+        if len(texts) > _MOST:
+            rest = f"{len(texts) - _MOST} other kinds of tags and attributes are not read either"
+            records.append(Unread(treatment, rest))
+    return tuple(records)
 
 
 class _Kind(NamedTuple):
@@ -178,23 +171,14 @@ class _Walk(NamedTuple):
         """
         kind = "element" if what.startswith("<") else "attribute"
         consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
-        self._note(
-            _Kind(
-                "warn",
-                what,
-                consequence,
-                name,
-                tuple(one for one in known if one not in (_ALL, _TEXT_OF)),
-            ),
-            owner,
-        )
+        names = tuple(key for key in known if key not in (_ALL, _TEXT_OF))
+        self._note(_Kind("warn", what, consequence, name, names), owner)
 
     def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
-        name = owner.get("name") or owner.get("reference") or ""
-        place = (
-            (f"{owner.tag} {name}", value) if owner.tag not in ("robot", "model") else ("", value)
-        )
-        self.kinds.setdefault(kind, []).append(place)
+        subject = ""
+        if owner.tag not in ("robot", "model"):
+            subject = f"{owner.tag} {owner.get('name') or owner.get('reference') or ''}"
+        self.kinds.setdefault(kind, []).append((subject, value))
 
     def reported(self, name: str, known: Mapping[str, _Rule], path: str, strict: bool) -> bool:
         """True if an unknown name is reported.
@@ -209,8 +193,10 @@ class _Walk(NamedTuple):
             return True
         if (path, name) not in self.near and len(self.near) < _TRIES:
             start = f"{prefix}:" if colon else ""
-            with_effect = [one for one, rule in known.items() if rule.treatment != "no effect"]
-            matter = [one.removeprefix(start) for one in with_effect if one.startswith(start)]
+            matter: list[str] = []
+            for key, rule in known.items():
+                if rule.treatment != "no effect" and key.startswith(start):
+                    matter.append(key.removeprefix(start))
             self.near[path, name] = bool(_nearest(bare, tuple(matter), _CLOSE))
         return self.near.get((path, name), False)
 
@@ -223,51 +209,68 @@ class _Walk(NamedTuple):
             owner: the innermost element with a name that holds it, itself included.
             strict: whether unknown names are reported in any case.
         """
-        for key, value in element.items():
-            rule = node.attributes.get(key)
-            if rule is None:
-                known = node.attributes
-                if self.reported(key, known, f"{node.path} ", strict and _ALL not in known):
-                    self.add_unknown(
-                        f"{key} of {node.path or element.tag}", key, known, element, owner
-                    )
-            elif rule.consequence and _TESTS[rule.when](value, element, key):
-                self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
+        self._read_attributes(element, node, owner, strict)
         # Elements that may stand only once are collected, and compared after the loop.
         copies: dict[str, list[Element]] = {}
         for part in element:
-            tag, inner = part.tag, node.below.get(part.tag)
+            inner = node.below.get(part.tag)
             # Names of shapes and references to links say less than the link that holds them.
             holder = owner
-            if tag not in _NAMELESS and (part.get("name") or part.get("reference")):
+            if part.tag not in _NAMELESS and (part.get("name") or part.get("reference")):
                 holder = part
             # Without a rule the tag is unknown here, and what is below it is not read.
             if inner is None or inner.element is None:
-                at_top, tags = not node.path and ":" not in tag, node.tags
-                if self.reported(tag, tags, node.path, strict and node.deep is None) or (
-                    at_top and self._names_one(part)
-                ):
-                    self.add_unknown(f"<{tag}>", tag, tags, element, holder)
+                self._read_unknown(part, node, element, holder, strict)
                 continue
             if inner.once:
-                copies.setdefault(inner.once if inner.once != "once" else tag, []).append(part)
-            text = (part.text or "").strip()
-            if inner.element.consequence:
-                if _TESTS[inner.element.when](text, part, tag):
-                    self.add(inner.element, inner.path, holder)
-            elif inner.deep is None or inner.below:
-                only_text = text and not part.attrib and len(part) == 0
-                if strict and only_text and not inner.attributes.keys() & {_ALL, _TEXT_OF}:
-                    self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
-                self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
+                group = part.tag if inner.once == "once" else inner.once
+                copies.setdefault(group, []).append(part)
+            self._read_part(part, inner, inner.element, holder, strict)
         # Copies that agree change nothing; only differences are reported.
-        for first, *others in copies.values():
+        for first, *repeated in copies.values():
             inner = node.below.get(first.tag, _NOWHERE)
-            apart: list[str] = []
-            for other in others:
-                apart += _differences(first, other, inner)
-            if apart:
-                self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
+            differences: list[str] = []
+            for part in repeated:
+                differences += _differences(first, part, inner)
+            if differences:
+                self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(differences, 6)})")
+
+    def _read_attributes(self, element: Element, node: _Node, owner: Element, strict: bool) -> None:
+        """Note attributes that are unknown, or are not read. Args: as of `read`."""
+        known = node.attributes
+        for key, value in element.items():
+            rule = known.get(key)
+            if rule is None:
+                if self.reported(key, known, f"{node.path} ", strict and _ALL not in known):
+                    attribute = f"{key} of {node.path or element.tag}"
+                    self.add_unknown(attribute, key, known, element, owner)
+            elif rule.consequence and _TESTS[rule.when](value, element, key):
+                self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
+
+    def _read_unknown(
+        self, part: Element, node: _Node, element: Element, holder: Element, strict: bool
+    ) -> None:
+        """Note an unknown part of an element, if it is reported. Args: node, of the element."""
+        tag, known = part.tag, node.tags
+        reported = self.reported(tag, known, node.path, strict and node.deep is None)
+        at_top = not node.path and ":" not in tag
+        if reported or (at_top and self._names_one(part)):
+            self.add_unknown(f"<{tag}>", tag, known, element, holder)
+
+    def _read_part(
+        self, part: Element, node: _Node, rule: _Rule, holder: Element, strict: bool
+    ) -> None:
+        """Note a known part of an element, or what it holds. Args: node and rule, of the part."""
+        text = (part.text or "").strip()
+        if rule.consequence:
+            if _TESTS[rule.when](text, part, part.tag):
+                self.add(rule, node.path, holder)
+        elif node.deep is None or node.below:
+            only_text = text and not part.attrib and len(part) == 0
+            if strict and only_text and not node.attributes.keys() & {_ALL, _TEXT_OF}:
+                self.add(_TEXT, f"<{part.tag}>", holder, f'"{printable(text, 60)}"')
+            # The path of a part of the root is its tag.
+            self.read(part, node, holder, strict or node.path in _STRICT)
 
     def _names_one(self, element: Element) -> bool:
         """True if an element holds a link, a joint or a mass, or names a link or joint.
@@ -286,16 +289,19 @@ class _Walk(NamedTuple):
 def _hint(kind: _Kind) -> str:
     """The known name that is nearest to an unknown one, or all that are known there."""
     form = "<{}>" if kind.what.startswith("<") else "{}"
-    if near := _nearest(kind.name, kind.known, _NEAREST) if kind.name else "":
-        return f"; nearest: {form.format(near)}"
-    return f"; known are {few([form.format(one) for one in kind.known], 6)}" if kind.known else ""
+    nearest = _nearest(kind.name, kind.known, _NEAREST) if kind.name else ""
+    if nearest:
+        return f"; nearest: {form.format(nearest)}"
+    if kind.known:
+        return f"; known are {few([form.format(name) for name in kind.known], 6)}"
+    return ""
 
 
 def _nearest(name: str, known: tuple[str, ...], cutoff: float) -> str:
     """The nearest known name; empty if none is close."""
     import difflib
 
-    folded = {one.casefold(): one for one in reversed(known)}
+    folded = {key.casefold(): key for key in reversed(known)}
     close = difflib.get_close_matches(name.casefold(), folded, 1, cutoff)
     return folded[close[0]] if close else ""
 
@@ -316,40 +322,40 @@ def _subjects(places: list[tuple[str, str]]) -> str:
     return owners + number
 
 
-def _differences(first: Element, other: Element, node: _Node, within: str = "") -> Iterator[str]:
+def _differences(first: Element, second: Element, node: _Node, within: str = "") -> Iterator[str]:
     """The differences between two elements, with both values.
 
     A number that is not written counts as zero.
 
     Args:
         first: the element that counts.
-        other: the other.
+        second: the other.
         node: what the table says of them; what has no effect may differ.
         within: the tags from the first elements to these, for messages.
     """
-    if first.tag != other.tag:
-        yield f"<{first.tag}> and <{other.tag}>"
+    if first.tag != second.tag:
+        yield f"<{first.tag}> and <{second.tag}>"
         return
     pairs: list[tuple[str, str, str]] = []
-    for key in dict.fromkeys((*first.attrib, *other.attrib)):
+    for key in dict.fromkeys((*first.attrib, *second.attrib)):
         if node.attributes.get(key, _TWICE).treatment != "no effect":
-            pairs.append((f"{key} ", first.get(key, ""), other.get(key, "")))
-    pairs.append(("", (first.text or "").strip(), (other.text or "").strip()))
-    for key, one, two in pairs:
-        numbers = _numbers(one)
-        if one != two and (numbers is None or numbers != _numbers(two)):
-            yield f"{within}{key}{one or 'not given'} and {two or 'not given'}"
+            pairs.append((f"{key} ", first.get(key, ""), second.get(key, "")))
+    pairs.append(("", (first.text or "").strip(), (second.text or "").strip()))
+    for key, of_first, of_second in pairs:
+        numbers = _numbers(of_first)
+        if of_first != of_second and (numbers is None or numbers != _numbers(of_second)):
+            yield f"{within}{key}{of_first or 'not given'} and {of_second or 'not given'}"
     # of elements that repeat a tag the first counts
-    ones = {part.tag: part for part in reversed(first)}
-    others = {part.tag: part for part in reversed(other)}
-    for tag in dict.fromkeys((*ones, *others)):
-        one_part, two_part, inner = ones.get(tag), others.get(tag), node.below.get(tag, _NOWHERE)
+    in_first = {part.tag: part for part in reversed(first)}
+    in_second = {part.tag: part for part in reversed(second)}
+    for tag in dict.fromkeys((*in_first, *in_second)):
+        inner = node.below.get(tag, _NOWHERE)
         if inner.element is not None and inner.element.treatment == "no effect":
             continue
-        if one_part is None or two_part is None:
+        if tag not in in_first or tag not in in_second:
             yield f"<{tag}> in one of them"
         else:
-            yield from _differences(one_part, two_part, inner, f"{within}{tag} ")
+            yield from _differences(in_first[tag], in_second[tag], inner, f"{within}{tag} ")
 
 
 def _numbers(text: str) -> list[float] | None:
