@@ -66,46 +66,45 @@ def batched_shock(
     _refuse_other_arrays(M, J_c, J_p, v, restitution, locked, contacts, v_in)
     M, J_c, J_p = _promoted(xp, M), _promoted(xp, J_c), _promoted(xp, J_p)
     v, restitution, v_in = _promoted(xp, v), _promoted(xp, restitution), _promoted(xp, v_in)
-    B, c, d, nv = J_c.shape
-    before = (J_c @ v[:, None, :, None])[..., 0]
+    v_contacts = (J_c @ v[:, None, :, None])[..., 0]
     # Masks, because a selection would give each state a shape of its own, which compilers refuse.
-    strikes = xp.ones_like(before)
+    strikes = xp.ones_like(v_contacts)
     if contacts is not None:
         strikes = strikes * contacts[..., None]
-    on = strikes.reshape(B, c * d)
+    v_contacts = strikes * v_contacts
     free = _free(xp, v.sum(0), locked)
-    J = J_c.reshape(B, c * d, nv) * on[..., None] * free
+    B, c, d, nv = J_c.shape
+    J = (J_c * strikes[..., None]).reshape(B, c * d, nv) * free
 
     # A = J Y with Y = M⁻¹ Jᵀ. A velocity that is locked has the row and the column of a unit
     # matrix in M, so that it stays as it is.
-    response = _solve(xp, _held(xp, M, free), J.mT)
+    Y = _solve(xp, _held(xp, M, free), J.mT)
     # Eq. 4: A f = −(1 + e) J v, with the rows of contacts that are not held left out.
-    undone = ((1.0 + restitution) * strikes * before).reshape(B, c * d, 1)
-    impulse, pivot = _impulses(xp, J @ response, undone, on)
+    undone = ((1.0 + restitution) * v_contacts).reshape(B, c * d, 1)
+    impulse, pivot = _impulses(xp, J @ Y, undone, strikes.reshape(B, c * d))
 
     # Shock |J_p Δq̇| / v_in with Δq̇ = Y f.
-    jump = (J_p @ (response @ impulse)[:, None])[..., 0]
-    speed = v_in
-    if speed is None:
-        speed = xp.amax(_length(xp, strikes * before), -1)
-    return BatchedShock(_length(xp, jump) / speed[:, None], impulse.reshape(B, c, d), pivot)
+    jump = (J_p @ (Y @ impulse)[:, None])[..., 0]
+    if v_in is None:
+        v_in = xp.amax(_length(xp, v_contacts), -1)
+    return BatchedShock(_length(xp, jump) / v_in[:, None], impulse.reshape(B, c, d), pivot)
 
 
-def _impulses(xp: Any, A: Any, undone: Any, on: Any) -> tuple[Any, Any]:
+def _impulses(xp: Any, A: Any, undone: Any, strikes: Any) -> tuple[Any, Any]:
     """The impulses f (B, n, 1) with A f = −(1 + e) J v, and the smallest pivot (B,).
 
     Args:
         xp: the library.
         A: (B, n, n) Delassus matrices.
         undone: (B, n, 1) (1 + e) J v.
-        on: (B, n) one for each row that strikes, else zero.
+        strikes: (B, n) one for each row that strikes, else zero.
     """
     # A scaled to a unit diagonal; a contact that does not strike has the row and the column of a
     # unit matrix.
     diagonal = xp.linalg.diagonal(A)
     scale = xp.where(diagonal > 0.0, diagonal, 1.0) ** -0.5
-    eye = _eye(xp, on.sum(0))
-    scaled = A * scale[..., None] * scale[:, None] + eye * (1.0 - on)[..., None]
+    eye = _eye(xp, strikes.sum(0))
+    scaled = A * scale[..., None] * scale[:, None] + eye * (1.0 - strikes)[..., None]
 
     # A⁻¹ is for the pivots. The last digit on the diagonal keeps rows that depend on one another
     # from a division by zero.
@@ -192,9 +191,8 @@ def _refuse_other_arrays(
 ) -> None:
     """Refuse arrays whose shapes would be broadcast to another meaning, and masks of numbers.
 
-    They raise a ValueError.
-
-    Only shapes and types are read, which a device and a compiler have without a computation.
+    Raises a ValueError. Only shapes and types are read, which a device and a compiler have
+    without a computation.
     """
     for name, array, dimensions in (("M", M, 3), ("J_c", J_c, 4), ("J_p", J_p, 4), ("v", v, 2)):
         if len(_shape(array)) != dimensions:
@@ -210,16 +208,17 @@ def _refuse_other_arrays(
 
     # J_c (B, c, 3, nv) sets the numbers of states, contacts and velocities of all arrays.
     B, c, _, nv = J_c.shape
-    wanted = {
-        "M": (M, (B, nv, nv)),
-        "J_p": (J_p, (B, J_p.shape[1], 3, nv)),
-        "v": (v, (B, nv)),
-        "restitution": (restitution, (B, c, 1)),
-        "locked": (locked, (nv,)),
-        "contacts": (contacts, (B, c)),
-        "v_in": (v_in, (B,)),
+    number = _kind(M)
+    expected = {
+        "M": (M, (B, nv, nv), number),
+        "J_p": (J_p, (B, J_p.shape[1], 3, nv), number),
+        "v": (v, (B, nv), number),
+        "restitution": (restitution, (B, c, 1), number),
+        "locked": (locked, (nv,), "bool"),
+        "contacts": (contacts, (B, c), "bool"),
+        "v_in": (v_in, (B,), number),
     }
-    for name, (array, shape) in wanted.items():
+    for name, (array, shape, kind) in expected.items():
         is_number = name == "restitution" and _shape(array) == ()
         if array is None or is_number:
             continue
@@ -229,13 +228,9 @@ def _refuse_other_arrays(
                 f"{shape}"
             )
         # A mask of numbers would scale rows instead of selecting them.
-        is_mask = name in ("locked", "contacts")
-        if is_mask and _kind(array) != "bool":
-            raise ValueError(f"{name} has the type {_kind(array)}; it has to be bool")
-        if not is_mask and _kind(array) != _kind(M):
-            raise ValueError(
-                f"{name} has the type {_kind(array)}; it has to be {_kind(M)}, as M has"
-            )
+        if _kind(array) != kind:
+            reason = "" if kind == "bool" else ", as M has"
+            raise ValueError(f"{name} has the type {_kind(array)}; it has to be {kind}{reason}")
 
 
 def _shape(array: Any) -> tuple[int, ...]:
@@ -251,8 +246,8 @@ def _kind(array: Any) -> str:
 def _eye(xp: Any, like: Any) -> Any:
     """The unit matrix (n, n) of the type, and on the device, of an array (n,)."""
     ones = xp.ones_like(like)
-    place = xp.cumsum(ones, 0)
-    return (place[:, None] == place) * ones
+    index = xp.cumsum(ones, 0)
+    return (index[:, None] == index) * ones
 
 
 def _solve(xp: Any, matrices: Any, right: Any) -> Any:
