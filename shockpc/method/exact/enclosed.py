@@ -16,7 +16,7 @@ def enclosed(
     posed: Posed,
     solution: Solution,
     limits: RowLimits,
-    made: Callable[[Posed, RowSpace], P],
+    prove: Callable[[Posed, RowSpace], P],
 ) -> P | None:
     """The proof with the first rows that balls find independent; None if there are none.
 
@@ -25,14 +25,14 @@ def enclosed(
         posed: the same, from which balls are evaluated.
         solution: of it in doubles.
         limits: of the rows in each posture, of which there is one.
-        made: makes a proof; `Proof`, or a subclass.
+        prove: makes a proof; `Proof`, or a subclass.
 
     Raises:
         SingularError: no inertia resists a motion.
     """
     for row_space in _row_spaces(equation, solution, limits):
         try:
-            proof = made(posed, row_space)
+            proof = prove(posed, row_space)
         except SingularError as singular:
             if singular.of_inertia:
                 raise

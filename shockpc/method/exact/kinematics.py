@@ -69,9 +69,24 @@ def data_of(robot: Robot) -> Data:
     )
 
 
+class Kinematics(NamedTuple):
+    """A robot in one posture.
+
+    Attributes:
+        state: Jacobian and placements of the bodies (N = 1), without H, which few robots need.
+        placements: rotation (3, 3) and origin (3, 1) of the frame of each joint that carries a
+            body.
+        origins: (1, n, 3) of the frames of the elementary joints.
+    """
+
+    state: Dynamics
+    placements: list[tuple[Matrix, Matrix]]
+    origins: Numbers
+
+
 def forward_kinematics(
     arithmetic: Arithmetic, robot: Robot, data: Data, q: Array | Numbers, plane: Plane
-) -> tuple[Dynamics, list[tuple[Matrix, Matrix]], Numbers]:
+) -> Kinematics:
     """A robot in one posture, in an arithmetic.
 
     Args:
@@ -80,21 +95,51 @@ def forward_kinematics(
         data: its numbers.
         q: (nq,) configuration in Pinocchio's layout, as doubles or numbers.
         plane: along and about whose axes the velocities of a floating base are counted.
-
-    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need;
-        rotation (3, 3) and origin (3, 1) of the frame of each joint that carries a body; and
-        origins (1, n, 3) of the frames of the elementary joints.
     """
     q = arithmetic.numbers(q)
+    joints = _joints(arithmetic, robot, data, q, plane)
+    # The frame of a body is fixed to that of its joint, and is not the same.
+    frames = _body_frames(arithmetic, robot, data, joints.placements)
+    rotations = [R.table() for R, _ in frames]
+    positions = [p.entries() for _, p in frames]
+    state = Dynamics(
+        inertia=np.zeros((1, 0, 0)),
+        J=np.array(joints.twists, dtype=object).T[None],
+        rotation=np.array(rotations, dtype=object)[None],
+        position=np.array(positions, dtype=object)[None],
+        origin=(q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
+        ancestors=robot.ancestors,
+        Q=q[None],
+    )
+    origins = np.array(joints.origins, dtype=object)[None]
+    return Kinematics(state, joints.placements, origins)
+
+
+class _Joints(NamedTuple):
+    """The joints of a robot in one posture.
+
+    Attributes:
+        placements: of the joints that carry a body, as of `Kinematics`.
+        origins: (3,) of the frame of each elementary joint.
+        twists: (6,) of each unit joint velocity.
+    """
+
+    placements: list[tuple[Matrix, Matrix]]
+    origins: list[list[Any]]
+    twists: list[list[Any]]
+
+
+def _joints(arithmetic: Arithmetic, robot: Robot, data: Data, q: Numbers, plane: Plane) -> _Joints:
+    """The joints from the base to the leaves: p ← p + R p_i and R ← R R_i for elementary joint i.
+
+    Args: as of `forward_kinematics`.
+    """
+    result = _Joints([], [], [])
     constants = zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
-    placements: list[tuple[Matrix, Matrix]] = []
-    origins: list[list[Any]] = []
-    columns: list[list[Any]] = []
-    # From the base to the leaves: p ← p + R p_i and R ← R R_i for each elementary joint i.
     for i, joint in enumerate(robot.joints):
         R, p = arithmetic.eye(3), arithmetic.block(3, 1)
         if joint.parent >= 0:
-            R, p = placements[joint.parent]
+            R, p = result.placements[joint.parent]
         for part in joint.parts or (joint,):
             passed = _through(arithmetic, part, q[part.q], *next(constants))
             p = p + R * passed.origin
@@ -105,24 +150,10 @@ def forward_kinematics(
                 slides = spins = arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], 1))
             else:
                 slides, spins = R * passed.slides, R * passed.spins
-            origins.append(p.entries())
-            columns += _twists(arithmetic, p, slides, spins)
-        placements.append((R, p))
-
-    # The frame of a body is fixed to that of its joint, and is not the same.
-    frames = _body_frames(arithmetic, robot, data, placements)
-    rotations = [R.table() for R, _ in frames]
-    positions = [p.entries() for _, p in frames]
-    state = Dynamics(
-        inertia=np.zeros((1, 0, 0)),
-        J=np.array(columns, dtype=object).T[None],
-        rotation=np.array(rotations, dtype=object)[None],
-        position=np.array(positions, dtype=object)[None],
-        origin=(q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
-        ancestors=robot.ancestors,
-        Q=q[None],
-    )
-    return state, placements, np.array(origins, dtype=object)[None]
+            result.origins.append(p.entries())
+            result.twists.extend(_twists(arithmetic, p, slides, spins))
+        result.placements.append((R, p))
+    return result
 
 
 def _twists(arithmetic: Arithmetic, p: Matrix, slides: Matrix, spins: Matrix) -> list[list[Any]]:

@@ -8,9 +8,10 @@ unit in which its inertia is about one, so that pivots stay on the diagonal. Bot
 narrow.
 """
 
+import itertools
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,6 +56,8 @@ class ExactSolution:
         row_space: which of the rows are independent.
         before: the motion before the impact, which may be set until the speeds are read.
         state: the robot in the posture (N = 1).
+        joint_origins: (1, n, 3) origins of the frames of the robot's `single_joints`, from the base
+            [m].
 
     Raises:
         SingularError: no inertia resists a motion, the rows depend on one another, or the precision
@@ -70,9 +73,10 @@ class ExactSolution:
         self.posed, self.row_space = posed, row_space
         self.before = system.before
         self._data = data or data_of(robot)
-        self.state, self._places, self._origins = forward_kinematics(
-            self.arithmetic, robot, self._data, posed.q, system.plane
-        )
+        kinematics = forward_kinematics(self.arithmetic, robot, self._data, posed.q, system.plane)
+        self.state = kinematics.state
+        self._placements = kinematics.placements
+        self.joint_origins = kinematics.origins
         self._moments = self._body_moments()
         self._armature = self.exact(system.armature) - self.exact(system.coupling)
 
@@ -97,7 +101,7 @@ class ExactSolution:
         system = self.posed.system
         moments = []
         carried = zip(self._data.mass, self._data.lever, self._data.inertia, strict=True)
-        for constants, (R, _) in zip(carried, self._places, strict=True):
+        for constants, (R, _) in zip(carried, self._placements, strict=True):
             moments.append(body_inertia(self.arithmetic, *constants, R))
         for v, body in geared_bodies(system.robot, system.coupling):
             rotor = rotor_inertia(self.arithmetic, system.coupling[v], self.state.J[0, :3, v])
@@ -166,7 +170,7 @@ class ExactSolution:
         plane = self.posed.system.plane
         if self.posed.system.robot.free_base:
             axes = np.stack([plane.e1, plane.e2, plane.normal], axis=1)
-            turn = entries(self._places[0][0].transpose()) @ axes
+            turn = entries(self._placements[0][0].transpose()) @ axes
             rates = np.concatenate([turn @ rates[:3], turn @ rates[3:6], rates[6:]])
         return rates
 
@@ -228,16 +232,11 @@ class ExactSolution:
         jumps = body_jumps(state.J, columns, robot.parents, state.position, rates)
         return in_body_axes(jumps, state.rotation)
 
-    @property
-    def joint_origins(self) -> Numbers:
-        """Origins (1, n, 3) of the frames of the robot's `single_joints`, from the base [m]."""
-        return self._origins
-
     @cached_property
     def body_inertias(self) -> list[Matrix]:
         """Inertias (6, 6) of the bodies about the base, world axes."""
         inertias = []
-        for (_, p), moments in zip(self._places, self._moments, strict=True):
+        for (_, p), moments in zip(self._placements, self._moments, strict=True):
             T = shift(self.arithmetic, p)
             inertias.append(T * moments * T.transpose())
         return inertias
@@ -318,43 +317,44 @@ class ExactSolution:
             return solve(self._free_inertia, B, of_inertia=True)
         # Featherstone 2008, Table 7.1 (doi:10.1007/978-1-4899-7560-7), for impulses instead of
         # forces: no velocity products, and the right side B in place of the joint forces τ.
-        block, symmetric = self.arithmetic.block, self.arithmetic.symmetric
-        parents, m = self.posed.system.robot.parents, B.ncols()
-        columns = self._columns_of_bodies()
-        origins = [p for _, p in self._places]
+        parents = self.posed.system.robot.parents
+        joints = self._articulated_joints(B)
+        # Pass 2: twists a of the bodies, from the base to the leaves; the last one is the world's.
+        twists = [self.arithmetic.block(6, B.ncols())] * (len(parents) + 1)
+        rates: list[list[Any]] = []
+        for i, (joint, parent) in enumerate(zip(joints, parents, strict=True)):
+            # a' = X a_parent,   Δẏ = D⁻¹ (u − Uᵀ a'),   a = a' + S Δẏ
+            carried = joint.X * twists[parent]
+            joint_rates = joint.rates - joint.by_twist * carried
+            twists[i] = carried + joint.S * joint_rates
+            rates.append(joint_rates.entries())
+        # The free velocities are ordered from the last joint's to the first's.
+        ordered = itertools.chain.from_iterable(reversed(rates))
+        return self.arithmetic.block(len(self._free), B.ncols(), list(ordered))
 
-        # Pass 1: articulated inertias I^A and bias impulses p^A, from the leaves to the base.
+    def _articulated_joints(self, B: Matrix) -> "list[_ArticulatedJoint]":
+        """The joints after pass 1: inertias I^A and bias impulses p^A from the leaves to the base.
+
+        Args: B, (ny, m) the right side.
+        """
+        symmetric = self.arithmetic.symmetric
+        parents = self.posed.system.robot.parents
+        columns = self._columns_of_bodies()
         I_A = list(self._moments)
-        p_A = [block(6, m)] * len(parents)
-        joints: dict[int, _ArticulatedJoint] = {}
+        p_A = [self.arithmetic.block(6, B.ncols())] * len(parents)
+        joints: list[_ArticulatedJoint] = []
         for i in reversed(range(len(parents))):
             joint = self._articulated(i, columns[i], I_A[i], p_A[i], B)
-            joints[i] = joint
+            joints.append(joint)
             parent = parents[i]
             if parent >= 0:
                 # I^a = I^A − U D⁻¹ Uᵀ,   p^a = p^A + U D⁻¹ u,   both about the parent's origin
                 I_a = symmetric(I_A[i] - joint.U * joint.by_twist)
                 p_a = p_A[i] + joint.U * joint.rates
-                X = shift(self.arithmetic, origins[i] - origins[parent])
-                joint.X = X.transpose()
-                I_A[parent] = I_A[parent] + symmetric(X * I_a * joint.X)
-                p_A[parent] = p_A[parent] + X * p_a
-
-        # Pass 2: twists a of the bodies, from the base to the leaves.
-        twists = [block(6, m)] * (len(parents) + 1)  # the last one is the world's
-        rates = []
-        for i, parent in enumerate(parents):
-            joint = joints[i]
-            # a' = X a_parent,   Δẏ = D⁻¹ (u − Uᵀ a'),   a = a' + S Δẏ
-            carried = joint.X * twists[parent]
-            own = joint.rates - joint.by_twist * carried
-            twists[i] = carried + joint.S * own
-            rates.append(own.entries())
-        # The free velocities are ordered from the last joint's to the first's.
-        ordered: list[Any] = []
-        for own in reversed(rates):
-            ordered += own
-        return block(len(self._free), m, ordered)
+                X_T = joint.X.transpose()
+                I_A[parent] = I_A[parent] + symmetric(X_T * I_a * joint.X)
+                p_A[parent] = p_A[parent] + X_T * p_a
+        return joints[::-1]
 
     def _columns_of_bodies(self) -> list[slice]:
         """Where the free velocities of each body's joint are; those of the last body come first."""
@@ -376,12 +376,16 @@ class ExactSolution:
             p_A: (6, m) its bias impulse.
             B: (ny, m) the right side.
         """
-        block, m = self.arithmetic.block, B.ncols()
-        nothing = _ArticulatedJoint(block(6, 0), block(6, 0), block(0, 6), block(0, m), block(6, 6))
+        block = self.arithmetic.block
+        origin = self._placements[body][1]
+        parent = self.posed.system.robot.parents[body]
+        X = block(6, 6)
+        if parent >= 0:
+            X = shift(self.arithmetic, origin - self._placements[parent][1]).transpose()
         if not self._degrees[body]:
-            return nothing
+            return _ArticulatedJoint(block(6, 0), block(6, 0), block(0, 6), block(0, B.ncols()), X)
         twists = block(self.state.J[0].T[self._free[columns]].tolist()).transpose()
-        S = shift(self.arithmetic, self._places[body][1]).transpose() * twists
+        S = shift(self.arithmetic, origin).transpose() * twists
         # U = I^A S,   D = Sᵀ U + armature,   u = B − Sᵀ p^A
         U = I_A * S
         D = S.transpose() * U
@@ -390,10 +394,10 @@ class ExactSolution:
         u = block(B.table()[columns]) - S.transpose() * p_A
         # D⁻¹ Uᵀ and D⁻¹ u
         by_twist = solve(D, U.transpose(), of_inertia=True)
-        return _ArticulatedJoint(S, U, by_twist, solve(D, u, of_inertia=True), block(6, 6))
+        return _ArticulatedJoint(S, U, by_twist, solve(D, u, of_inertia=True), X)
 
 
-class _ArticulatedJoint:
+class _ArticulatedJoint(NamedTuple):
     """A joint in the articulated-body algorithm, with n free velocities.
 
     Attributes:
@@ -401,8 +405,11 @@ class _ArticulatedJoint:
         U: (6, n) I^A S.
         by_twist: (n, 6) D⁻¹ Uᵀ: rates that a twist of the parent takes away.
         rates: (n, m) D⁻¹ u: rates while the parent rests.
-        X: (6, 6) takes a twist of the parent to its own origin.
+        X: (6, 6) takes a twist of the parent to its own origin; zero where the world is the parent.
     """
 
-    def __init__(self, S: Matrix, U: Matrix, by_twist: Matrix, rates: Matrix, X: Matrix) -> None:
-        self.S, self.U, self.by_twist, self.rates, self.X = S, U, by_twist, rates, X
+    S: Matrix
+    U: Matrix
+    by_twist: Matrix
+    rates: Matrix
+    X: Matrix

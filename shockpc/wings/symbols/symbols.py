@@ -230,7 +230,7 @@ class SymbolSolution(ExactSolution):
             assert self.before is not None
             self.before = self.before._replace(velocity=motion)
         elif robot.free_base:
-            turn = entries(self._places[0][0])
+            turn = entries(self._placements[0][0])
             rates = np.concatenate([np.zeros(6), motion[6:]])
             self.before = Motion(turn @ motion[:3], turn @ motion[3:6], rates)
         else:
@@ -321,7 +321,7 @@ class SymbolSolution(ExactSolution):
         moments_about_base: list[list[Any]] = []
         eye = self.exact(np.eye(3))
         for mass, (_, p), moments in zip(
-            self._data.mass.tolist(), self._places, self._moments, strict=True
+            self._data.mass.tolist(), self._placements, self._moments, strict=True
         ):
             spatial, r = entries(moments), np.array(p.entries(), dtype=object)
             # The skew-symmetric part of the spatial inertia is that of h.
