@@ -4,6 +4,7 @@ Each contact has rows along tangents of the ground and its normal.
 """
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -146,44 +147,48 @@ def row_layout(constraints: tuple[Constraint, ...], stands: bool = False) -> Row
     # Feet that stay where they are, as in Eq. 4, have no rows.
     kinds = ("contact", "stop") if stands else ("contact", "stop", "stance")
     having_rows = [k for k, constraint in enumerate(constraints) if constraint.kind in kinds]
-    size = sum(constraint.size for constraint in constraints)
-    rigid = np.ones(size, dtype=bool)
-    turns: list[Array] = []
-    directions: list[Array] = []
-    numbers: list[int] = []
-    axes: list[int] = []
-    restitution: list[float] = []
-    for number, k in enumerate(having_rows):
-        constraint = constraints[k]
-        along, axes_along = _axes(constraint)
-        start = slices_of(constraints)[k].start
-        # A stop has one row, along the rate of its joint; of others Fᵀ x = aᵀ for each axis a.
-        forces = slice(start, start + 1)
-        of_forces: Array = np.ones((1, 1))
-        if constraint.kind != "stop":
-            forces = slice(start, start + len(constraint.forces))
-            of_forces = np.asarray(np.linalg.lstsq(constraint.forces.T, along.T, rcond=None)[0].T)
-        turn = np.zeros((len(along), size))
-        turn[:, forces] = of_forces
-        # What stays rigid are loops, the tilt of soles, and feet that stay where they are.
-        rigid[forces] = False
-        turns.append(turn)
-        directions.append(along)
-        for axis in axes_along.tolist():
-            # With a direction of rebound, the normal alone has restitution.
-            bounces = axis == 2 or constraint.rebound is None
-            numbers.append(number)
-            axes.append(axis)
-            restitution.append(constraint.restitution if bounces else 0.0)
+    # What stays rigid are loops, the tilt of soles, and feet that stay where they are.
+    rigid = np.ones(sum(constraint.size for constraint in constraints), dtype=bool)
+    parts: list[_ContactLayout] = []
+    for k in having_rows:
+        part = _contact_layout(constraints[k], slices_of(constraints)[k].start, len(rigid))
+        rigid[part.forces] = False
+        parts.append(part)
     return RowLayout(
         constraints=having_rows,
         rigid=rigid,
-        turn=np.concatenate(turns),
-        axes=np.concatenate(directions),
-        number=np.array(numbers),
-        axis=np.array(axes),
-        restitution=np.array(restitution),
+        turn=np.concatenate([part.turn for part in parts]),
+        axes=np.concatenate([part.axes for part in parts]),
+        number=np.repeat(np.arange(len(parts)), [len(part.axis) for part in parts]),
+        axis=np.concatenate([part.axis for part in parts]),
+        restitution=np.concatenate([part.restitution for part in parts]),
     )
+
+
+class _ContactLayout(NamedTuple):
+    """The k rows of one contact, arrays as of `RowLayout`; forces, where its rows in Eq. 4 are."""
+
+    forces: slice
+    turn: Array
+    axes: Array
+    axis: np.ndarray
+    restitution: Array
+
+
+def _contact_layout(constraint: Constraint, start: int, size: int) -> _ContactLayout:
+    """The rows of a contact. Args: start, its first row in Eq. 4; size, the number of these."""
+    axes, axis = _axes(constraint)
+    # A stop has one row, along the rate of its joint; of others Fᵀ x = aᵀ for each axis a.
+    forces = slice(start, start + 1)
+    by_forces: Array = np.ones((1, 1))
+    if constraint.kind != "stop":
+        forces = slice(start, start + len(constraint.forces))
+        by_forces = np.asarray(np.linalg.lstsq(constraint.forces.T, axes.T, rcond=None)[0].T)
+    turn = np.zeros((len(axes), size))
+    turn[:, forces] = by_forces
+    # With a direction of rebound, the normal alone has restitution.
+    bounces = (axis == 2) | (constraint.rebound is None)
+    return _ContactLayout(forces, turn, axes, axis, np.where(bounces, constraint.restitution, 0.0))
 
 
 def _without_rows(constraint: Constraint) -> Constraint:

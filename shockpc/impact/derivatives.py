@@ -217,29 +217,46 @@ def _momentum_rates(
     """
     J, J_cross = turning
     n, nv = J.shape[:2]
-    nb = len(robot.bodies)
     turned, ahead = _masks(robot)
     moves = robot.ancestors.T.astype(float)
 
     # V of each body and J_k × U_k, sums of J_a Δq̇_a over joints that move a body, or are ahead of k
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
-    twists = (moves.T @ parts).reshape(n, nb, 6, 3)
+    twists = (moves.T @ parts).reshape(n, len(robot.bodies), 6, 3)
     fixed = J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
 
-    # Σ I and Σ I V over the bodies that joint k moves
-    inertia = spatial_inertias(robot, state, Inertias.of(robot, joints))
-    composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
-    momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
-
-    # −dh = (J_k ×)ᵀ h + I (J_k × U_k); F = I J_k is the momentum of a unit velocity of joint k
-    products = composite @ np.concatenate([fixed, J[..., None]], axis=3)
-    change = products[..., :3] + J_cross.swapaxes(-1, -2) @ momenta
-    F = products[..., 3]
+    change, F = _momentum_changes(
+        spatial_inertias(robot, state, Inertias.of(robot, joints)), moves, twists, fixed, turning
+    )
     change = change.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv)
     fixed = fixed.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv)
     rates = (J @ change) * np.tile(ahead.T, 3)
     rates += (F @ fixed) * np.tile(turned.T, 3)
     return _MomentumRates(rates.reshape(n, nv, 3, nv), twists, fixed)
+
+
+def _momentum_changes(
+    inertia: Array, moves: Array, twists: Array, fixed: Array, turning: _Turning
+) -> tuple[Array, Array]:
+    """−dh (N, nv, 6, 3) = (J_k ×)ᵀ h + I (J_k × U_k), and F = I J_k (N, nv, 6), for each joint k.
+
+    h and I are those of all bodies that joint k moves, and F is the momentum of its unit velocity.
+
+    Args:
+        inertia: (N, nb, 6, 6) of the bodies.
+        moves: (nv, nb) mask of the bodies that each joint moves.
+        twists: (N, nb, 6, 3) V of the bodies.
+        fixed: (N, nv, 6, 3) J_k × U_k.
+        turning: how joint velocities turn bodies.
+    """
+    n, nb = inertia.shape[:2]
+    nv = len(moves)
+    # Σ I and Σ I V over the bodies that joint k moves
+    composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
+    momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
+    products = composite @ np.concatenate([fixed, turning.J[..., None]], axis=3)
+    change = products[..., :3] + turning.J_cross.swapaxes(-1, -2) @ momenta
+    return change, products[..., 3]
 
 
 def _row_rates(

@@ -277,22 +277,20 @@ def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
     A body moves what it carries.
     """
     nb = len(robot.bodies)
-    J = state.J[0]
     position, rotation = state.position[0], state.rotation[0]
-    motions = STEP * np.tile(np.eye(6), (nb, 1))
-    omega = motions[:, None, :3]
-    body = np.repeat(np.arange(nb), 6)
-
     # Bodies that body i carries, itself too, and joint velocities behind it.
-    carried = state.ancestors[:, [joint.v.start for joint in robot.joints]].T[body]
+    carried = np.repeat(state.ancestors[:, [joint.v.start for joint in robot.joints]].T, 6, axis=0)
     behind = carried[:, np.argmax(state.ancestors, axis=0), None]
 
     # The turn is about the joint that carries the body, so that v = shift − ω × pivot.
+    motions = STEP * np.tile(np.eye(6), (nb, 1))
+    omega = motions[:, None, :3]
     joints = np.array([-body.rotation.T @ body.offset for body in robot.bodies])
     pivots = position + (rotation @ joints[..., None])[..., 0]
-    v = motions[:, None, 3:] - np.cross(omega, pivots[body, None])
+    v = motions[:, None, 3:] - np.cross(omega, np.repeat(pivots, 6, axis=0)[:, None])
 
     # dJ = V × J, dp = ω × p + v, dR = ω × R
+    J = state.J[0]
     angular, linear = J[:3].T, J[3:].T
     d_angular = np.cross(omega, angular)
     d_linear = np.cross(omega, linear) + np.cross(v, angular)

@@ -161,12 +161,12 @@ def dynamics(
         inertias = Inertias.of(robot, joints)
 
     # The base stands at the origin.
-    Q, origin = np.array(Q, dtype=float), np.zeros((len(Q), 3))
+    Q = np.array(Q, dtype=float)
+    origin = np.zeros((len(Q), 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
 
-    # Pinocchio's calls, in each posture.
     if too_large:
         evaluated = _by_joints(robot.model, Q)
     else:
@@ -181,24 +181,27 @@ def dynamics(
 
     J = _angular_first(evaluated.J)
     rotation, position = _body_frames(robot, evaluated.placed)
-    inertia: Inertia
-    if inertias is not None:
+    if inertias is None:
+        inertia = _inertia_of(evaluated, J, joints)
+    else:
         F = _momenta(robot, J, rotation, position, inertias)
         momenta = CompositeInertia(J, F, inertias.armature, evaluated.before)
         momenta = momenta.with_rotors(inertias.coupling)
         inertia = momenta if as_momenta else matrix_of(momenta)
-    elif as_momenta:
-        F = _about_origin(evaluated.F, evaluated.com)
-        armature = np.array(joints.armature)
-        momenta = CompositeInertia(J, F, armature, evaluated.before)
-        inertia = momenta.with_rotors(joints.coupling)
-    else:
-        inertia = evaluated.H
-        if joints.coupling.any():
-            # The coupling of the rotors alone, because H has all else already.
-            none = CompositeInertia(J, np.zeros_like(J), np.zeros(nv), evaluated.before)
-            inertia = matrix_of(inertia) + matrix_of(none.with_rotors(joints.coupling))
     return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)
+
+
+def _inertia_of(evaluated: "_Evaluated", J: Array, joints: Rotors) -> Inertia:
+    """The inertia that Pinocchio has, with the coupling of rotors: momenta, or else matrices."""
+    if evaluated.F is not NOT_ASKED:
+        F = _about_origin(evaluated.F, evaluated.com)
+        momenta = CompositeInertia(J, F, np.array(joints.armature), evaluated.before)
+        return momenta.with_rotors(joints.coupling)
+    if not joints.coupling.any():
+        return evaluated.H
+    # The coupling of the rotors alone, because H has all else already.
+    none = CompositeInertia(J, np.zeros_like(J), np.zeros(J.shape[2]), evaluated.before)
+    return evaluated.H + matrix_of(none.with_rotors(joints.coupling))
 
 
 def _angular_first(rows: Array) -> Array:

@@ -301,15 +301,19 @@ def bodies_of(model: pin.Model) -> tuple[Body, ...]:
     for joint, carried in list(enumerate(links))[1:]:
         if carried[0].name == WORLD and not carried[0].inertia.mass:
             carried.sort(key=lambda frame: not frame.inertia.mass)  # stable: links with mass first
-        names, place = tuple(frame.name for frame in carried), carried[0].placement
-        inertia = place.actInv(model.inertias[joint])
-        frame = read_only(place.rotation), read_only(place.translation)
-        mass, com, tensor = (
-            float(inertia.mass),
-            read_only(inertia.lever),
-            read_only(inertia.inertia),
+        placement = carried[0].placement
+        inertia = placement.actInv(model.inertias[joint])
+        body = Body(
+            name=carried[0].name,
+            joint=joint,
+            links=tuple(frame.name for frame in carried),
+            rotation=read_only(placement.rotation),
+            offset=read_only(placement.translation),
+            mass=float(inertia.mass),
+            com=read_only(inertia.lever),
+            inertia=read_only(inertia.inertia),
         )
-        bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
+        bodies.append(body)
     return tuple(bodies)
 
 
@@ -340,39 +344,55 @@ def joints_of(model: pin.Model) -> tuple[Joint, ...]:
 
     The floating base's is the first.
     """
-    places = list(enumerate(zip(model.joints, model.jointPlacements, strict=True)))
-    return tuple(_joint(model, joint, number, place) for number, (joint, place) in places[1:])
+    # Joint 0 is the world.
+    return tuple(
+        _joint(model, model.joints[number], number, model.jointPlacements[number])
+        for number in range(1, model.njoints)
+    )
 
 
-def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
+def _joint(model: pin.Model, joint: Any, number: int, placement: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
     type_name = joint.shortname().removeprefix("JointModel")
     kind = next(kind for start, kind in KINDS.items() if type_name.startswith(start))
-    parts: tuple[Joint, ...] = ()
-    axis, limits = None, (-np.inf, np.inf)
-    if kind == "composite":
-        inner = joint.extract()
-        # The placement of a part is relative to the part before, that of the first to the whole
-        # joint.
-        steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
-        names = model.names[number].split("+")
-        for part, step, name in zip(inner.joints, steps, names, strict=True):
-            parts += (_joint(model, part, number, step)._replace(name=name),)
-    elif joint.nv == 1:
-        # The motion subspace S (6,) is [0; axis] of a revolute, [axis; 0] of a prismatic joint.
-        data = joint.createData()
-        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
-        twist = np.asarray(data.S, dtype=float).ravel()
-        linear, angular = twist[:3], twist[3:]
-        axis = read_only(angular if angular.any() else linear)
-        # A joint of which q is a cosine and a sine has no limits.
-        if joint.nq == 1:
-            limits = (
-                float(model.lowerPositionLimit[joint.idx_q]),
-                float(model.upperPositionLimit[joint.idx_q]),
-            )
-    frame = read_only(place.rotation), read_only(place.translation)
-    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+    single = joint.nv == 1 and kind != "composite"
+    limits = (-np.inf, np.inf)
+    # A joint of which q is a cosine and a sine has no limits.
+    if single and joint.nq == 1:
+        lower = model.lowerPositionLimit[joint.idx_q]
+        limits = (float(lower), float(model.upperPositionLimit[joint.idx_q]))
     return Joint(
-        model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts
+        name=model.names[number],
+        kind=kind,
+        axis=_axis(joint) if single else None,
+        parent=int(model.parents[number]) - 1,
+        rotation=read_only(placement.rotation),
+        offset=read_only(placement.translation),
+        q=slice(joint.idx_q, joint.idx_q + joint.nq),
+        v=slice(joint.idx_v, joint.idx_v + joint.nv),
+        limits=limits,
+        parts=_parts(model, joint, number, placement) if kind == "composite" else (),
     )
+
+
+def _axis(joint: Any) -> Array:
+    """The axis (3,) of a joint of one degree of freedom.
+
+    The motion subspace S (6,) is [0; axis] of a revolute, [axis; 0] of a prismatic joint.
+    """
+    data = joint.createData()
+    joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
+    twist = np.asarray(data.S, dtype=float).ravel()
+    linear, angular = twist[:3], twist[3:]
+    return read_only(angular if angular.any() else linear)
+
+
+def _parts(model: pin.Model, joint: Any, number: int, placement: pin.SE3) -> tuple[Joint, ...]:
+    """The parts of a composite joint, each placed in the part before, the first in the parent."""
+    composite = joint.extract()
+    first, *after = composite.jointPlacements.tolist()
+    names = model.names[number].split("+")
+    parts: list[Joint] = []
+    for part, step, name in zip(composite.joints, [placement * first, *after], names, strict=True):
+        parts.append(_joint(model, part, number, step)._replace(name=name))
+    return tuple(parts)
