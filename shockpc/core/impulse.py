@@ -164,29 +164,16 @@ def solve_impact(
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
-    n, nc = J_c.shape[:2]
     size = np.sqrt(np.abs(diagonal_of(H)))
     known: dict[int, RowLimit] = {}
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         delassus = _delassus(H, J_c, size)
         if limits is not None:
             known = {k: limits(k) for k in delassus.doubtful()}
-        well = delassus.clear(size)
-        well[[k for k, limit in known.items() if limit.most < nc]] = False
-        # λ = −Λ b,   Δq̇ = H⁻¹ J_cᵀ λ
-        impulse = delassus.impulse(b, well)
-        delta_qd = delassus.X @ impulse
-        condition = delassus.stiffness / np.where(well, delassus.pivot, np.nan)
-    solution = Solution(
-        delta_qd=delta_qd,
-        impulse=impulse,
-        scale=delassus.scale,
-        rank=np.full(n, nc),
-        condition=condition,
-        row_spaces={},
-        independent={},
-    )
-    unclear = np.flatnonzero(~well).tolist()
+        full_rank = delassus.clear(size)
+        full_rank[[k for k, limit in known.items() if limit.most < J_c.shape[1]]] = False
+        solution = delassus.solution(b, full_rank)
+    unclear = np.flatnonzero(~full_rank).tolist()
     if unclear:
         sizes = terms()
         for k in unclear:
@@ -196,7 +183,7 @@ def solve_impact(
                 J_c[k], sizes[k], columns, delassus.scale[k], tolerance, limit
             )
             _set_dependent(solution, k, row_space, delassus, b[k])
-    return solution._replace(condition=condition * _light(size, delta_qd))
+    return solution._replace(condition=solution.condition * _light(size, solution.delta_qd))
 
 
 def _set_dependent(
@@ -252,17 +239,27 @@ class _Delassus(NamedTuple):
         of_joints = 1.0 / np.min(size, axis=-1) ** 2
         natural = np.maximum(self.mobility.max(axis=-1), of_joints)
         moves = self.mobility.min(axis=-1) > 1e-20 * natural
-        well = (self.pivot > CLEARLY_INDEPENDENT) & (self.stiffness < INDISTINCT) & moves
-        return np.asarray(well)
+        clear = (self.pivot > CLEARLY_INDEPENDENT) & (self.stiffness < INDISTINCT) & moves
+        return np.asarray(clear)
 
-    def impulse(self, b: Array, well: np.ndarray) -> Array:
-        """The impulses (N, nc, k) of all rows where these are independent, well (N,) [N s].
+    def solution(self, b: Array, full_rank: np.ndarray) -> Solution:
+        """The solution where all rows are independent, full_rank (N,); elsewhere without meaning.
 
-        With C the scale and S = C A C, λ = −C S⁻¹ C b; elsewhere −C² b, which has no meaning.
+        With C the scale and S = C A C, λ = −C S⁻¹ C b and Δq̇ = H⁻¹ J_cᵀ λ.
         """
-        scaled = np.where(well[:, None, None], self.scaled, np.eye(self.scaled.shape[1]))
+        n, nc = self.scale.shape
+        S = np.where(full_rank[:, None, None], self.scaled, np.eye(nc))
         C = self.scale[:, :, None]
-        return np.asarray(-C * np.linalg.solve(scaled, C * b))
+        impulse = np.asarray(-C * np.linalg.solve(S, C * b))
+        return Solution(
+            delta_qd=self.X @ impulse,
+            impulse=impulse,
+            scale=self.scale,
+            rank=np.full(n, nc),
+            condition=self.stiffness / np.where(full_rank, self.pivot, np.nan),
+            row_spaces={},
+            independent={},
+        )
 
     def doubtful(self) -> list[int]:
         """The postures in which some rows may be what rounding of a file left."""

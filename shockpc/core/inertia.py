@@ -136,13 +136,33 @@ def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
     columns = np.empty((nv, 6 + B.shape[2], n))
     columns[:, :6] = inertia.F.transpose(2, 1, 0)
     columns[:, 6:] = B.transpose(1, 2, 0)
-    X = columns[:, 6:]
     pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature.reshape(-1, nv).T
-    share = np.empty_like(J)
+    share = _eliminate(J, columns, pivot, inertia.before)
 
-    # From the leaves: what velocities behind k have taken is in `behind`.
-    behind: dict[int, Array] = {}
-    for k, before in reversed(list(enumerate(inertia.before))):
+    # From the base: x_k = b_k / H_kk − (F_k / H_kk) · twist of what carries k
+    X = columns[:, 6:]
+    twists: list[Array] = []
+    for k, before in enumerate(inertia.before):
+        if before >= 0:
+            X[k] -= np.einsum("ikn,in->kn", twists[before], share[k])
+        twists.append(J[k][:, None] * X[k])
+        if before >= 0:
+            twists[k] += twists[before]
+    return X.transpose(2, 0, 1).copy()
+
+
+def _eliminate(J: Array, columns: Array, pivot: Array, all_before: tuple[int, ...]) -> Array:
+    """F_k / H_kk (nv, 6, N) after the elimination of the velocities behind k, from the leaves.
+
+    Args:
+        J: (nv, 6, N) twists.
+        columns: (nv, 6 + m, N) F_k and b_k; the latter become b_k / H_kk.
+        pivot: (nv, N) the diagonal of H, which becomes H_kk.
+        all_before: as `CompositeInertia.before`.
+    """
+    share = np.empty_like(J)
+    behind: dict[int, Array] = {}  # of each velocity, what those behind it have taken
+    for k, before in reversed(list(enumerate(all_before))):
         taken = behind.pop(k, None)
         if taken is not None:
             change = np.einsum("ijn,jn->in", taken, J[k])
@@ -156,14 +176,5 @@ def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
             if before in behind:
                 passed += behind[before]
             behind[before] = passed
-        X[k] /= pivot[k]
-
-    # From the base: x_k = b_k / H_kk − (F_k / H_kk) · twist of what carries k
-    twists: list[Array] = []
-    for k, before in enumerate(inertia.before):
-        if before >= 0:
-            X[k] -= np.einsum("ikn,in->kn", twists[before], share[k])
-        twists.append(J[k][:, None] * X[k])
-        if before >= 0:
-            twists[k] += twists[before]
-    return X.transpose(2, 0, 1).copy()
+        columns[k, 6:] /= pivot[k]
+    return share

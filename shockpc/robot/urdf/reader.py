@@ -162,14 +162,10 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
             "for an SRDF, a scene with the URDF as robot and this file as srdf"
         )
     order = _carriers_first(links, joints)
-    inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
-    masses = {name: inertia.mass for name, inertia in inertias.items()}
-    if not any(mass > 0 for mass in masses.values()):
-        raise RobotError(
-            "no link has mass, so the robot has no mass; give at least one link an <inertial>"
-        )
+    inertias = _inertias(links)
 
     # The tree: joints that are computed as ball joints of a loop are fixed in it.
+    masses = {name: inertia.mass for name, inertia in inertias.items()}
     balls = ball_joints(root, order, joints, masses)
     joints |= {name: _fixed(joints[name]) for name in balls}
     mimics, notes = _mimics(joints)
@@ -184,11 +180,11 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     base = _base_joint(model, order, joints)
     if base:
         model = _model(order, joints, inertias, base)
-    if base and joints[base].get("type") == "planar":
-        notes.append(
-            f'joint "{base}" is planar and carries the whole robot, so it is computed as a '
-            f"floating base; --base planar keeps it in the plane of the study"
-        )
+        if joints[base].get("type") == "planar":
+            notes.append(
+                f'joint "{base}" is planar and carries the whole robot, so it is computed as a '
+                f"floating base; --base planar keeps it in the plane of the study"
+            )
     notes += _unread_limits(root, joints)
 
     # What stands beside the tree: drives, places, loops.
@@ -240,8 +236,10 @@ def _unread_limits(root: Element, joints: dict[str, Element]) -> list[str]:
     """A warning about the limits of continuous joints, which version 1.2 of URDF allows."""
     if root.get("version") != "1.2":
         return []
-    continuous = {name: one for name, one in joints.items() if one.get("type") == "continuous"}
-    limited = [name for name, joint in continuous.items() if _limits(joint)]
+    limited: list[str] = []
+    for name, joint in joints.items():
+        if joint.get("type") == "continuous" and _limits(joint):
+            limited.append(name)
     if not limited:
         return []
     return [
@@ -423,6 +421,20 @@ def _limits(joint: Element) -> set[str]:
     """The names of the limits that a joint has."""
     limit = joint.find("limit")
     return set() if limit is None else {"lower", "upper"} & limit.attrib.keys()
+
+
+def _inertias(links: dict[str, Element]) -> dict[str, pin.Inertia]:
+    """The inertias of all links.
+
+    Raises:
+        RobotError: none has mass, or one has numbers that no link has.
+    """
+    inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
+    if not any(inertia.mass > 0 for inertia in inertias.values()):
+        raise RobotError(
+            "no link has mass, so the robot has no mass; give at least one link an <inertial>"
+        )
+    return inertias
 
 
 def _inertia(link: Element, subject: str) -> pin.Inertia:
