@@ -61,7 +61,7 @@ def saturated(profile: ShockProfile) -> Iterator[Diagnostic]:
 
 def overloaded(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings of the parts of the scene."""
-    if not profile.parts:
+    if not profile.landing.parts:
         return
     ranges = ranges_of(profile, select("part_margin"), profile.landing.parts)
     places = profile.landing.parts

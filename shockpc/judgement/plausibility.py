@@ -256,6 +256,9 @@ def _told_apart(first: float, second: float) -> tuple[str, str]:
 
 def gained(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where restitution would make kinetic energy, which no impact does."""
+    # Without restitution v⁺ = 0, and the impact loses −λᵀ v⁻ / 2 = v⁻ᵀ Λ v⁻ / 2 ≥ 0.
+    if not any(constraint.restitution for constraint in profile.landing.constraints):
+        return
     (energy,) = profile.value("energy_gained", "robot").tolist()
     if energy > 0.0:
         text = (

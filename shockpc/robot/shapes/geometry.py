@@ -222,6 +222,7 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
     return float(np.linalg.norm(np.ptp(np.concatenate(corners), axis=0)))
 
 
+@memoized()
 def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
     """Links whose moments of inertia no body within the robot can have.
 
