@@ -142,27 +142,23 @@ def scene_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     """The landing that was computed, a line (name, text) for each part of the scene."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
-    normalised = (
-        f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass"
-        if scene.v_in == "com"
-        else ""
-    )
+    contacts = [_contact_text(profile, k) for k in range(len(profile.contacts))]
+    velocity = f"contact at {strike_text(profile)}: ({vector_text(profile.strike)}) m/s"
+    if scene.v_in == "com":
+        velocity += f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass"
     lines = {
         "landing": landing_text(profile),
         "robot": f"{robot.label} ({robot.name}, {moving_text(robot, profile.landing.base)}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
-        "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
-        **(
-            {"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)}
-            if profile.stance
-            else {}
-        ),
-        "velocity": f"contact at {strike_text(profile)}: ({vector_text(profile.strike)}) m/s"
-        + normalised,
+        "contact": "; ".join(contacts),
+        "stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance),
+        "velocity": velocity,
         "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
         "plane": plane_text(profile),
     }
+    if not profile.stance:
+        del lines["stance"]
     return [(name, printable(text)) for name, text in lines.items()]
 
 
@@ -346,16 +342,14 @@ def strike_text(profile: ShockProfile) -> str:
     if strike.drop_height is not None:
         parts.append(f"after a fall of {strike.drop_height:g} m")
     rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
-    moving = (
-        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"]
-        if any(strike.angular_velocity or ())
-        else []
-    )
-    moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
+    moving = _settings(profile.robot, rates, ("rad/s", "m/s"))
+    angular_velocity = strike.angular_velocity or ()
+    if any(angular_velocity):
+        moving = [f"robot rotates at ({vector_text(angular_velocity)}) rad/s", *moving]
     if moving:
-        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [
-            few(moving, 4, what=" joint rates")
-        ]
+        if len(profile.contacts) > 1:
+            parts.append("the fastest contact")
+        parts.append(few(moving, 4, what=" joint rates"))
     return ", ".join(parts)
 
 

@@ -169,8 +169,8 @@ def _lowest_of_shapes(
         below: (N,) height above which no body is measured [m]; None to measure all.
     """
     up = landing.up
-    start = body_outline(landing.robot).pieces.start
-    surface = np.full((len(start), len(rotation)), np.inf)
+    pieces = body_outline(landing.robot).pieces
+    surface = np.full((len(pieces.body), len(rotation)), np.inf)
     bodies, boxes = _by_body(landing.robot)
 
     # Of each body in each posture (nb, N): the ground's normal in its axes, the height of its
@@ -184,21 +184,14 @@ def _lowest_of_shapes(
     sought = np.full(len(rotation), np.inf) if below is None else below.copy()
     # Contacts come first, because they do not lower what is sought; the lowest bodies next, because
     # they do, which leaves fewer to measure.
-    upwards = sorted(bodies, key=lambda one: (one.body not in carriers, low[one.body].sum()))
-    for body, numbers, corners, axes in upwards:
+    upwards = sorted(bodies, key=lambda some: (some.body not in carriers, low[some.body].sum()))
+    for some in upwards:
+        body = some.body
         near = np.flatnonzero(low[body] <= sought)
         if not near.size:
             continue
-        towards = rising[body, near].T
-        first = start[numbers] - start[numbers[0]]
-        # How far each shape reaches down, max(corner · −n) + √Σ (a_k · n)², with axes a_k of its
-        # rounding.
-        reach = np.maximum.reduceat(corners @ -towards, first, axis=0)
-        if axes.size:
-            along = (axes @ towards).reshape(3, len(numbers), -1)
-            reach += np.sqrt((along**2).sum(axis=0))
-        lowest = height[body, near] - reach
-        surface[numbers[:, None], near] = lowest
+        lowest = height[body, near] - some.reach_down(rising[body, near].T)
+        surface[some.numbers[:, None], near] = lowest
         if body not in carriers and below is not None:
             sought[near] = np.minimum(sought[near], lowest.min(axis=0) + LEVEL)
     return surface.T
@@ -211,6 +204,7 @@ class _BodyPieces(NamedTuple):
         body: its index.
         numbers: (n,) of its pieces.
         points: (k, 3) of these pieces, one after the other [m].
+        first: (n,) index of the first of these points of each piece.
         axes: (3 n, 3) semi-axes of the ellipsoids that round the pieces, the first of each first;
             (0, 3) where nothing is round [m].
     """
@@ -218,7 +212,19 @@ class _BodyPieces(NamedTuple):
     body: int
     numbers: np.ndarray
     points: Array
+    first: np.ndarray
     axes: Array
+
+    def reach_down(self, up: Array) -> Array:
+        """How far (n, m) each piece reaches against directions (3, m) from the body's origin [m].
+
+        That is max(corner · −up) + √Σ (a_k · up)², with the axes a_k of its rounding.
+        """
+        reach = np.maximum.reduceat(self.points @ -up, self.first, axis=0)
+        if self.axes.size:
+            along = (self.axes @ up).reshape(3, len(self.numbers), -1)
+            reach += np.sqrt((along**2).sum(axis=0))
+        return np.asarray(reach)
 
 
 class _Boxes(NamedTuple):
@@ -248,7 +254,8 @@ def _by_body(robot: Robot) -> tuple[tuple[_BodyPieces, ...], _Boxes]:
         axes = pieces.rounding[numbers].transpose(2, 0, 1).reshape(-1, 3)
         if not axes.any():
             axes = axes[:0]
-        by_body.append(_BodyPieces(body, numbers, pieces.points[of_body], axes))
+        first = pieces.start[numbers] - pieces.start[numbers[0]]
+        by_body.append(_BodyPieces(body, numbers, pieces.points[of_body], first, axes))
         low = least[of_body].min(axis=0)
         high = most[of_body].max(axis=0)
         boxes.centre[body] = (low + high) / 2.0

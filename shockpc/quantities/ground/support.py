@@ -68,37 +68,51 @@ def support(landing: Landing, state: Dynamics) -> Support:
         rotation=state.rotation.astype(float, copy=False),
         position=state.position.astype(float, copy=False),
     )
-    feet = standing_feet(landing.robot)
     com = centre_of_mass(landing.robot, state)
     low, _ = _lowest_of_feet(landing, state)
     points = places_of_feet(landing, state)[..., :2]
-
-    # The nearest points of the segments between all feet, (N, k, k, 2): p_i + s (p_j − p_i) with
-    # s = (c − p_i) · (p_j − p_i) / |p_j − p_i|² within [0, 1].
-    start = points[:, :, None]
-    along = points[:, None] - start
-    to_com = com[:, None, None, :2] - start
-    # A foot with itself has no length; it is its own nearest point.
-    square = np.maximum(np.sum(along**2, axis=3), 1e-300)
-    share = np.clip(np.sum(to_com * along, axis=3) / square, 0.0, 1.0)
-    away = (to_com - share[..., None] * along).reshape(len(com), -1, 2)
-    every = np.arange(len(com))
-    nearest = np.linalg.norm(away, axis=2).argmin(axis=1)
-    towards = away[every, nearest]
+    towards, ends, share = _from_nearest(points, com[:, :2])
 
     # The centre of mass is outside where all feet are behind the nearest point.
     behind = np.sum((points - com[:, None, :2]) * towards[:, None], axis=2)
     beside = np.linalg.norm(towards, axis=1) * (behind < 0.0).all(axis=1)
     outside = beside[:, None] > 0.0
-    length = np.where(beside > 0.0, beside, 1.0)[:, None]
-    first, second = np.unravel_index(nearest, (len(feet), len(feet)))
+    length = np.where(outside, beside[:, None], 1.0)
     return Support(
         beside=beside,
         above=com[:, 2] - low[:, 2],
         away=np.where(outside, towards / length, 0.0),
-        ends=np.stack([first, second], axis=1),
-        share=share.reshape(len(com), -1)[every, nearest],
+        ends=ends,
+        share=share,
     )
+
+
+def _from_nearest(points: Array, com: Array) -> tuple[Array, np.ndarray, Array]:
+    """Vectors (N, 2) to points (N, 2) from the nearest ones of the segments between feet.
+
+    The second and the third value are the ends (N, 2) of the nearest segment, and the share (N,) of
+    the way to its second end, as in `Support`.
+
+    Args:
+        points: (N, k, 2) of the feet.
+        com: (N, 2) the points.
+    """
+    # The nearest points of all segments, (N, k, k, 2): p_i + s (p_j − p_i) with
+    # s = (c − p_i) · (p_j − p_i) / |p_j − p_i|² within [0, 1].
+    start = points[:, :, None]
+    along = points[:, None] - start
+    to_com = com[:, None, None] - start
+    # A foot with itself has no length; it is its own nearest point.
+    square = np.maximum(np.sum(along**2, axis=3), 1e-300)
+    share = np.clip(np.sum(to_com * along, axis=3) / square, 0.0, 1.0)
+    away = to_com - share[..., None] * along
+
+    postures, feet, _ = points.shape
+    away = away.reshape(postures, -1, 2)
+    every = np.arange(postures)
+    nearest = np.linalg.norm(away, axis=2).argmin(axis=1)
+    ends = np.stack(np.unravel_index(nearest, (feet, feet)), axis=1)
+    return away[every, nearest], ends, share.reshape(postures, -1)[every, nearest]
 
 
 def most_beside(feet: int) -> float:

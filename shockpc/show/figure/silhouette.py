@@ -161,14 +161,9 @@ def _covered_cells(
     """
     width, height = size
     row = np.ceil(y).astype(np.int64)
-    a, b, c = triangles.T
-    # turn = sign of (b − a) × (c − a): +1 for a triangle with its corners in positive sense
-    x_ab, y_ab = x[b] - x[a], y[b] - y[a]
-    x_ac, y_ac = x[c] - x[a], y[c] - y[a]
-    turn = np.sign(x_ab * y_ac - x_ac * y_ab)
     # The contributions of two neighbours to their common edge cancel: only folds and rims remain,
     # few of a fine mesh.
-    sides = np.tile(turn, 3) * edges.sense
+    sides = np.tile(_turns(x, y, triangles), 3) * edges.sense
     change = np.bincount(edges.edge, weights=sides, minlength=len(edges.low))
     change *= np.sign(row[edges.low] - row[edges.high])
     (kept,) = np.nonzero(change)
@@ -186,3 +181,11 @@ def _covered_cells(
     cell = (np.repeat(first, count) + rise) * width + column.astype(np.int64)
     steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
     return np.asarray(np.cumsum(steps.reshape(height, width), axis=1) > 0.5)
+
+
+def _turns(x: Array, y: Array, triangles: NDArray[np.int64]) -> Array:
+    """The signs (m,) of (b − a) × (c − a): 1 for corners a, b, c in the positive sense."""
+    a, b, c = triangles.T
+    x_ab, y_ab = x[b] - x[a], y[b] - y[a]
+    x_ac, y_ac = x[c] - x[a], y[c] - y[a]
+    return np.asarray(np.sign(x_ab * y_ac - x_ac * y_ab))

@@ -102,8 +102,12 @@ def view_of(profile: ShockProfile) -> PlaneView:
         robot, profile.rotation.tobytes(), profile.position.tobytes(), tuple(plane.normal.tolist())
     )
     too_large = _too_large(profile, shapes)
-    shown = [points for points, larger in zip(shapes.points, too_large, strict=True) if not larger]
-    low, high = corners_of_box(np.vstack([to_plane(points, plane) for points in shown]))
+    of_robot = [
+        to_plane(shapes.points[i], plane) for i in np.flatnonzero(np.logical_not(too_large))
+    ]
+    low, high = corners_of_box(np.vstack(of_robot))
+
+    # Marks: contacts with their velocities, sensors, and the CoPc of bodies that rotate.
     contacts = np.stack([contact.point for contact in profile.contacts])
     approach = np.stack([contact.approach for contact in profile.contacts])
     speed = float(np.linalg.norm(profile.strike))

@@ -128,10 +128,6 @@ def _landing(
     vertices = placed(drawn, profile.rotation, profile.position)
     directions = (plane.normal, plane.e1, plane.e2)
     contacts = _contacts(profile)
-    reference = contacts
-    if profile.scene.v_in == "com":
-        base = landing.before.velocity
-        reference = [_motion(velocity, base) for velocity in profile.reference_velocities]
     return {
         "geometry": geometry,
         **picture(name, vertices, profile.contacts[0].point, directions),
@@ -146,7 +142,7 @@ def _landing(
         "joints": [printable(place.name) for place in profile.places("joint")],
         "grounds": _grounds(profile),
         "strike": _strike(landing, axes),
-        "reference": reference,
+        "reference": _references(profile) if profile.scene.v_in == "com" else contacts,
         **{key: axis.tolist() for key, axis in axes._asdict().items()},
         "normal": plane.normal.tolist(),
         "contacts": contacts,
@@ -157,6 +153,12 @@ def _landing(
         "rounded": ROUNDED,
         "histories": _histories(profile),
     }
+
+
+def _references(profile: ShockProfile) -> list[dict[str, Any]]:
+    """The velocities of which the fastest normalises shock, for a velocity of the base."""
+    base = profile.landing.before.velocity
+    return [_motion(velocity, base) for velocity in profile.reference_velocities]
 
 
 def _histories(profile: ShockProfile) -> list[dict[str, Any]]:
