@@ -19,6 +19,7 @@ from shockpc.robot.bodies_and_joints import Frame, Joint
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.feet_and_sensors import each_foot, is_foot
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes.lowest import lowest_in_postures
 from shockpc.robot.shapes.striking import striking
 
 ANGLE = math.radians(30.0)
@@ -50,12 +51,12 @@ class Axis(NamedTuple):
     Attributes:
         joint: the joint.
         direction: (3,) of its axis, unit length, world axes.
-        place: (3,) its origin in the world [m].
+        origin: (3,) in the world [m].
     """
 
     joint: Joint
     direction: Array
-    place: Array
+    origin: Array
 
 
 class Hinge(NamedTuple):
@@ -113,9 +114,12 @@ def bent_legs(robot: Robot) -> Array | None:
     """
     if robot.loops:
         return None
-    q, placed = np.array(robot.start), robot.joint_placements(_at_zero(robot))
+    q = np.array(robot.start)
+    placements = robot.joint_placements(_at_zero(robot))
     for foot in each_foot(robot):
-        leg = _leg_of(robot, placed, robot.frames[foot]) if ends_leg(robot, foot) else None
+        if not ends_leg(robot, foot):
+            continue
+        leg = _leg_of(robot, placements, robot.frames[foot])
         if leg is None:
             continue
         for hinge, angle in zip((leg.hip, leg.knee, leg.ankle), stance_of(leg), strict=True):
@@ -223,49 +227,53 @@ def _at_zero(robot: Robot) -> Array:
     return q
 
 
-def _leg_of(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Leg | None:
+def _leg_of(robot: Robot, placements: list[pin.SE3], foot: Frame) -> Leg | None:
     """The leg that ends at a foot; None if it has no knee.
 
     Args:
         robot: the robot.
-        placed: its joints with all at zero.
+        placements: of its joints with all at zero.
         foot: frame of the foot; the shank itself if its origin is at the knee, and its lowest point
             is then the end.
     """
     body = robot.bodies[foot.body]
-    end = placed[body.joint].act(body.offset + body.rotation @ foot.offset)
-    axes = _axes(robot, placed, foot.body)
+    end = placements[body.joint].act(body.offset + body.rotation @ foot.offset)
+    axes = _axes(robot, placements, foot.body)
     for k, knee in enumerate(axes):
-        before, beyond = (_parallel(part, knee) for part in (axes[:k], axes[k + 1 :]))
+        before = _parallel(axes[:k], knee)
+        beyond = _parallel(axes[k + 1 :], knee)
         if not before:
             continue
-        hip, across = before[-1], np.eye(3) - np.outer(knee.direction, knee.direction)
-        short = SHORT_SHARE * np.linalg.norm(end - axes[0].place)
-        thigh = across @ (knee.place - hip.place)
-        shank = across @ ((beyond[0].place if beyond else end) - knee.place)
+        hip = before[-1]
+        # The leg lies in the plane across the axis of the knee.
+        across = np.eye(3) - np.outer(knee.direction, knee.direction)
+        short = SHORT_SHARE * np.linalg.norm(end - axes[0].origin)
+        thigh = across @ (knee.origin - hip.origin)
+        shank = across @ ((beyond[0].origin if beyond else end) - knee.origin)
         if not beyond and np.linalg.norm(shank) <= short:
-            shank = across @ (_lowest_point(robot, placed, foot) - knee.place)
+            shank = across @ (_lowest_point(robot, placements, foot) - knee.origin)
         if min(np.linalg.norm(thigh), np.linalg.norm(shank)) > short:
-            ankle = _hinge(robot, beyond[0], knee) if beyond else None
             return Leg(
-                knee.direction,
-                thigh,
-                shank,
-                _hinge(robot, hip, knee),
-                _hinge(robot, knee, knee),
-                ankle,
+                axis=knee.direction,
+                thigh=thigh,
+                shank=shank,
+                hip=_hinge(robot, hip, knee),
+                knee=_hinge(robot, knee, knee),
+                ankle=_hinge(robot, beyond[0], knee) if beyond else None,
             )
     return None
 
 
-def _axes(robot: Robot, placed: list[pin.SE3], body: int) -> list[Axis]:
+def _axes(robot: Robot, placements: list[pin.SE3], body: int) -> list[Axis]:
     """The joints from the base to a body that turn and follow no other, with all joints at zero."""
     axes: list[Axis] = []
     while body >= 0:
-        joint, place = robot.joints[body], placed[robot.bodies[body].joint]
+        joint = robot.joints[body]
         turns = joint.axis is not None and joint.kind in ("revolute", "continuous")
         if turns and joint.name not in robot.followers:
-            axes.insert(0, Axis(joint, place.rotation @ joint.axis, np.array(place.translation)))
+            placement = placements[robot.bodies[body].joint]
+            direction = placement.rotation @ joint.axis
+            axes.insert(0, Axis(joint, direction, np.array(placement.translation)))
         body = robot.parents[body]
     return axes
 
@@ -283,20 +291,18 @@ def _hinge(robot: Robot, axis: Axis, knee: Axis) -> Hinge:
     return Hinge(joint, sign, sign * joint.value(robot.start), low, high)
 
 
-def _lowest_point(robot: Robot, placed: list[pin.SE3], foot: Frame) -> Array:
+def _lowest_point(robot: Robot, placements: list[pin.SE3], foot: Frame) -> Array:
     """The lowest point (3,) of a foot in the world [m].
 
     Without shapes it is the one that the foot's centre of mass halves.
     """
     body = robot.bodies[foot.body]
-    place = placed[body.joint] * pin.SE3(body.rotation, body.offset)
-    down = place.rotation.T @ DOWN
+    placement = placements[body.joint] * pin.SE3(body.rotation, body.offset)
     shapes = striking(robot, foot.name).shapes
     if not shapes:
-        return np.asarray(place.act(2.0 * body.com))
-    lowest = max(shapes, key=lambda shape: float(shape.reach(down[None])[0]))
-    points = lowest.farthest(down)
-    return np.asarray(place.act(points[(points @ down).argmax()]))
+        return np.asarray(placement.act(2.0 * body.com))
+    down = placement.rotation.T @ DOWN
+    return np.asarray(placement.act(lowest_in_postures(shapes, down[None])[0]))
 
 
 def _angle(first: Array, second: Array, axis: Array) -> float:

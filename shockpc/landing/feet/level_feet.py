@@ -151,9 +151,9 @@ def _whole_foot(landing: PosedLanding, contact: Contact) -> Contact:
         if sole is None:
             continue
         # The part is one of those that are lowest.
-        own = _struck_shapes(robot, contact.frame)
-        if own:
-            low = height_of_lowest(own, up)
+        shapes = _struck_shapes(robot, contact.frame)
+        if shapes:
+            low = height_of_lowest(shapes, up)
         else:
             low = float(up @ frame.offset) - most_inside(robot)
         if low <= float((sole @ up).min()) + tolerance + LEVEL:
@@ -176,10 +176,9 @@ def together(landing: PosedLanding) -> Scene | None:
     if not beside.any():
         return None
     feet = each_foot(landing.robot)
-    others = [feet[k] for k in np.flatnonzero(beside)]
     first = scene.contact[0]
     like = Contact(**{name: getattr(first, name) for name in LIKE}, frame="")
-    added = [replace(like, frame=name) for name in others]
+    added = [replace(like, frame=feet[k]) for k in np.flatnonzero(beside)]
     return replace(scene, contact=(*scene.contact, *added))
 
 
@@ -213,10 +212,15 @@ def default_landings(
     landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
     may_stand = len(feet) > 1 and not standing
     is_free = may_stand and (scene.base or usual_base(robot).base) != "fixed"
-    if is_free and recognised(robot):
-        landings = [*_together(robot, scene, normal), *landings]
-    if any(_carriers_of_foot(robot, foot) for foot in feet):
-        landings = _with_level_parts(robot, scene, normal, landings)
+    land_together = is_free and recognised(robot)
+    have_carriers = any(_carriers_of_foot(robot, foot) for foot in feet)
+    if land_together or have_carriers:
+        state, up = _posed(robot, scene, normal)
+        tolerance = scene.ground_tolerance + LEVEL
+        if land_together:
+            landings = [*_together(robot, state, up, tolerance), *landings]
+        if have_carriers:
+            landings = _with_level_parts(robot, state, up, tolerance, landings)
     contacts: list[tuple[Contact, ...]] = []
     for frames in landings:
         contacts.append(tuple(Contact(frame=name) for name in frames))
@@ -224,18 +228,14 @@ def default_landings(
 
 
 def _with_level_parts(
-    robot: Robot,
-    scene: Scene,
-    normal: tuple[float, float, float] | None,
-    landings: list[tuple[str, ...]],
+    robot: Robot, state: Dynamics, up: Array, tolerance: float, landings: list[tuple[str, ...]]
 ) -> list[tuple[str, ...]]:
     """Landings with the carriers of their feet that are as low as these."""
-    state, up = _posed(robot, scene, normal)
     complete: list[tuple[str, ...]] = []
     for feet in landings:
         parts: list[str] = []
         for foot in feet:
-            parts += _level_parts(robot, foot, state, up, scene.ground_tolerance)
+            parts += _level_parts(robot, foot, state, up, tolerance)
         complete.append(tuple(parts))
     return complete
 
@@ -266,11 +266,12 @@ def _level_parts(
     """A foot, and those of its carriers that are as low: flat ground meets all of them."""
     lowest = dict[str, float]()
     for name in (foot, *_carriers_of_foot(robot, foot)):
-        body, shapes = robot.frame(name).body, _struck_shapes(robot, name)
+        body = robot.frame(name).body
+        shapes = _struck_shapes(robot, name)
         if shapes:
             height = height_of_lowest(shapes, up @ state.rotation[0, body])
             lowest[name] = height + float(state.position[0, body] @ up)
-    limit = min(lowest.values(), default=0.0) + tolerance + LEVEL
+    limit = min(lowest.values(), default=0.0) + tolerance
     return (foot, *(name for name, height in lowest.items() if name != foot and height <= limit))
 
 
@@ -291,17 +292,14 @@ def _posed(
     return dynamics(robot, q[None]), up
 
 
-def _together(
-    robot: Robot, scene: Scene, normal: tuple[float, float, float] | None
-) -> list[tuple[str, ...]]:
+def _together(robot: Robot, state: Dynamics, up: Array, tolerance: float) -> list[tuple[str, ...]]:
     """All level feet, and those of each edge of their support polygon.
 
     Nothing if a single foot is the lowest.
     """
-    state, up = _posed(robot, scene, normal)
     feet = foot_points(robot, state.rotation, state.position, up)
     height = feet.points[0] @ up
-    level = np.flatnonzero(height <= height.min() + scene.ground_tolerance + LEVEL)
+    level = np.flatnonzero(height <= height.min() + tolerance)
     if len(level) < 2:
         return []
     every = tuple(feet.names[k] for k in level)
@@ -330,12 +328,11 @@ def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
         if all_beside and len(on_edge) < len(flat) and on_edge not in edges:
             edges.append(on_edge)
     # Of three feet on one edge each pair finds it, and perhaps without the third.
-    whole: list[tuple[int, ...]] = []
+    complete: list[tuple[int, ...]] = []
     for edge in edges:
-        longer = [of_more for of_more in edges if set(edge) < set(of_more)]
-        if not longer:
-            whole.append(edge)
-    return whole
+        if not any(set(edge) < set(longer) for longer in edges):
+            complete.append(edge)
+    return complete
 
 
 def _struck_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
