@@ -135,6 +135,13 @@ def test_longer_pulses_with_a_smaller_velocity_change_are_survived(test, longer,
         ) * (1.0 + 1e-4)
 
 
+@pytest.mark.parametrize("micro", ["u", "\u00b5", "\u03bc"])
+def test_microseconds_are_written_with_either_mu(micro):
+    """500 µs are 0.5 ms with the letter u, the micro sign and the Greek letter."""
+    written = Part(name="imu", at="trunk", rating=f"half-sine 1500 g 500 {micro}s")
+    assert strength(written) == strength(replace(written, rating=RATING))
+
+
 def test_a_rating_adds_nothing_to_a_critical_velocity_change_without_a_frequency():
     found = strength(
         Part(name="p", at="x", rating="half-sine 50 g 11 ms", critical_velocity_change=2.0)

@@ -35,7 +35,7 @@ def finite(text: str) -> float:
     except ValueError:
         unit = (
             "; leave out the unit, which the help states"
-            if re.match(rf"{NUMBER} *[a-zA-Z°µ]", text)
+            if re.match(rf"{NUMBER} *[a-zA-Z°µ\u03bc]", text)
             else ""
         )
         raise typer.BadParameter(f'"{text}" is not a finite number{unit}') from None

@@ -12,7 +12,8 @@ from shockpc.core.number import number_from
 SHAPES = {"half-sine": math.pi / 2.0, "saw-tooth": 2.0, "haversine": 2.0, "rectangle": 1.0}
 """Peak over mean acceleration of each shape."""
 
-UNITS = {"us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0}
+UNITS = {"us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6, "ms": 1e-3, "s": 1.0}
+"""Units of a length in seconds; microseconds with the micro sign or the Greek letter."""
 
 
 class Pulse(NamedTuple):

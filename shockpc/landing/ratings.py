@@ -39,9 +39,10 @@ CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rec
 _ABOVE_ZERO = 1.0 / LARGEST_NUMBER, LARGEST_NUMBER
 """Bounds of a number that has to be above zero."""
 
-_TIME = r"(\S+?\s*(?:us|µs|ms|s))"
+_UNIT = "|".join(UNITS)
+_TIME = rf"(\S+?\s*(?:{_UNIT}))"
 _TORQUE = re.compile(rf"(\S+?)\s*(N\s*m|N)(?:\s+{_TIME})?")
-_PULSE = re.compile(r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?\s*(?:us|µs|ms|s))")
+_PULSE = re.compile(rf"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?\s*(?:{_UNIT}))")
 _WITH_BANDWIDTH = re.compile(r"(.*s)\s+(\S+\s*Hz\S*)")
 
 
