@@ -200,6 +200,13 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
     return run
 
 
+def without_none(kind: Any) -> Any:
+    """The type beside None of a union of two; any other type as it is."""
+    kinds = get_args(kind)
+    others = [part for part in kinds if part is not type(None)]
+    return others[0] if len(kinds) == 2 and len(others) == 1 else kind
+
+
 def _options_in(record: Any) -> dict[str, tuple[Any, Any]]:
     """Type and declaration of the options of a record, by name."""
     options: dict[str, tuple[Any, Any]] = {}

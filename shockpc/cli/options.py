@@ -8,7 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from shockpc.cli.declared import Declared, Parser, argument, group
+from shockpc.cli.declared import Declared, Parser, argument, group, without_none
 from shockpc.cli.parse import (
     Inertia,
     Motor,
@@ -118,27 +118,19 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
     """Type and declaration of the options of a record, by parameter of a command."""
     kinds: dict[str, Any] = {part.name: part.type for part in fields(record)}
     declared: dict[str, tuple[Any, Any]] = {}
-    for field, one in options_of(record).items():
-        if not one.on_command_line:
+    for field, described in options_of(record).items():
+        if not described.on_command_line:
             continue
-        kind = _without_none(kinds[field])
+        kind = without_none(kinds[field])
         if get_origin(kind) is Mapping:
             kind = tuple[tuple[str, Any], ...]
         parser = PARSERS.get(field)
         if parser is None and get_origin(kind) is not Literal:
             parser = PARSERS.get(kind)
         repeated = get_args(kind)[1:] == (...,)
-        option = group(one.heading)(one.text, one.form, parser)
-        declared[one.name.replace("-", "_")] = (kind if repeated else kind | None, option)
+        option = group(described.heading)(described.text, described.form, parser)
+        declared[described.name.replace("-", "_")] = (kind if repeated else kind | None, option)
     return declared
-
-
-def _without_none(kind: Any) -> Any:
-    """The first type of a union with None; any other type as it is."""
-    kinds = get_args(kind)
-    if type(None) not in kinds:
-        return kind
-    return next(part for part in kinds if part is not type(None))
 
 
 OF_RECORDS = Declared(pair for record in RECORDS for pair in _declared(record).items())
@@ -227,6 +219,11 @@ class SceneOptions(NamedTuple):
         """True if any option was typed."""
         others = any(self._replace(given={}))
         return others or any(value not in (None, ()) for value in self.given.values())
+
+    def value(self, option: str) -> Any:
+        """What was typed for an option by its name, such as "base-rpy"; None or empty without."""
+        field = option.replace("-", "_")
+        return self.given[field] if field in self.given else getattr(self, field, None)
 
     def fields(self, record: type) -> dict[str, Any]:
         """The fields of a part of a scene that were typed."""

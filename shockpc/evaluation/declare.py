@@ -25,7 +25,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 Reads: TypeAlias = str
 """Name of the parameter for which a command reads an input.
 
-`shockpc.cli.study_command.INPUTS` describes what it reads.
+`shockpc.cli.study_inputs.INPUTS` describes what it reads.
 """
 
 Passed: TypeAlias = Literal["target", "trace", "progress"]

@@ -32,7 +32,7 @@ class Wing(NamedTuple):
             many landings show the worst, by kind and subject.
         variations: `KINDS` of what studies vary, as of `evaluation.variations.variation`; opened
             at import.
-        inputs: `INPUTS`, what the wing's studies read, as of `cli.study_command`.
+        inputs: `INPUTS`, what the wing's studies read, as of `cli.study_inputs`.
         report: what reports of a landing have besides: `TITLES` of columns and `SHOCKS`, as of
             `studies.analyze.sheets`; `tables(profile)`, makers by name;
             `views(profile)`, each a `View` of `studies.analyze.view`, by name; `lines(profile)`

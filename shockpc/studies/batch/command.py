@@ -9,7 +9,8 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import robot_name, whole
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study_command import given, help_of, refuse_unasked, study_options
+from shockpc.cli.study_command import help_of, study_arguments, study_options
+from shockpc.cli.unused_options import refuse_unasked
 from shockpc.evaluation.executor import executor
 from shockpc.robot.catalogue import robots_of_set
 from shockpc.studies.batch.report import batch_report
@@ -67,7 +68,7 @@ def batch(
             pool,
             draw,
             functools.partial(progress, "robots computed"),
-            **given(study, typed),
+            **study_arguments(study, typed),
         )
     emit(batch_report(result, landings), output)
     return exit_code(

@@ -7,7 +7,8 @@ from shockpc.cli.declared import command
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.scenes import scenes_from, with_contact
-from shockpc.cli.study_command import given, help_of, refuse_unasked, refuse_varied, study_options
+from shockpc.cli.study_command import help_of, study_arguments, study_options
+from shockpc.cli.unused_options import refuse_unasked, refuse_varied
 from shockpc.evaluation.variations.kinds.contacts import CONTACT
 from shockpc.landing.contact import contact_name
 from shockpc.studies.sweep.report import sweep_report
@@ -43,7 +44,9 @@ def sweep(
             f"with --vary contact={','.join(names)}"
         )
     refuse_unasked(study, options, typed)
-    made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
+    made = study(
+        scenes[0], robot=loaded, at=scenes[0].point, **study_arguments(study, typed, loaded)
+    )
     refuse_varied(options, loaded, made.landings.variations)
     with computed(
         made, "rows", output.out, rows or (None if output.out is None else "parquet"), run

@@ -1,7 +1,7 @@
 """Inputs of the studies of recordings: a table of landings, or a log."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +9,8 @@ from shockpc.cli.declared import argument
 from shockpc.cli.options import ROBOT, SceneOptions
 from shockpc.cli.parse import path
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study_command import Input
+from shockpc.cli.study_inputs import CommandLine, Input
 from shockpc.robot.robot import Robot
-from shockpc.text.trace import Trace
 from shockpc.wings.recordings.logs.column_names import StateColumns
 from shockpc.wings.recordings.recorded_table import refuse_overridden, table_and_scene
 
@@ -19,26 +18,23 @@ _LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of
 _TABLE = "A table of landings: .csv, .parquet or .npz."
 
 
-def _table(
-    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
-) -> tuple[Robot, dict[str, Any]]:
-    file, robot_or_scene = inputs
-    columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)
+def _table(line: CommandLine) -> tuple[Robot, dict[str, Any]]:
+    file, robot_or_scene = line.inputs
+    rename = dict(line.study["rename"] or ())
+    columns, robot, scene = table_and_scene(file, robot_or_scene, line.options, rename)
     return robot, {"table": columns, "scene": scene, "robot": robot}
 
 
-def _log(
-    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
-) -> tuple[Robot, dict[str, Any]]:
-    log, robot_or_scene = inputs
-    robot, scenes = scenes_from(robot_or_scene, options)
+def _log(line: CommandLine) -> tuple[Robot, dict[str, Any]]:
+    log, robot_or_scene = line.inputs
+    robot, scenes = scenes_from(robot_or_scene, line.options)
     # Single feet come last where all land together, and stand in the robot's order.
     contacts = {
         contact.frame: contact
         for scene in sorted(scenes, key=lambda one: len(one.contact))
         for contact in scene.contact
     }
-    watched = {"contacts": tuple(contacts)} if options.contact else {}
+    watched = {"contacts": tuple(contacts)} if line.options.contact else {}
     scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
     return robot, {"log": log, "scene": scene, "robot": robot, **watched}
 
@@ -62,7 +58,7 @@ INPUTS = {
         check=_refuse_overridden,
     ),
 }
-"""Inputs as in `cli.study_command`: a table or a log, each with its landing.
+"""Inputs as in `cli.study_inputs`: a table or a log, each with its landing.
 
 A table has columns and a landing that gives what these lack; a log has a path and one landing on
 all contacts.

@@ -11,7 +11,8 @@ from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, 
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import joint_models, path
 from shockpc.cli.process import print_error
-from shockpc.cli.study_command import given, help_of, refuse_unasked, study_options
+from shockpc.cli.study_command import help_of, study_arguments, study_options
+from shockpc.cli.unused_options import refuse_unasked
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.resolve import landing_of
@@ -59,7 +60,7 @@ def recorded(
     output: OutputOptions,
 ) -> int:
     models = joints_ or ()
-    asked_for = given(study, typed)
+    asked_for = study_arguments(study, typed)
     rank = asked_for.get("rank")
     renames = asked_for.pop("rename", {})
     # A single joint model is an option of the landings; of several each has its own scene.
