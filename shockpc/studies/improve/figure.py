@@ -20,19 +20,19 @@ LOGARITHMIC = 20.0
 """Ratio of the largest to the smallest value from which the axis is logarithmic."""
 
 
-def draw_runs(study: Improvement) -> Figure:
+def draw_runs(improvement: Improvement) -> Figure:
     """Draw the best value so far of each run over its steps.
 
     The constraints may not hold at a step between others.
     """
-    figure = new_chart(5.0, 3.6, f"{count(len(study.runs), 'run')}: the best value so far")
+    figure = new_chart(5.0, 3.6, f"{count(len(improvement.runs), 'run')}: the best value so far")
     axes = figure.add_subplot()
-    better = np.fmin if study.cost.power > 0.0 else np.fmax
+    better = np.fmin if improvement.cost.power > 0.0 else np.fmax
     # A run that has ended, or has no value at a step, keeps what it has reached.
-    values = np.array(list(itertools.zip_longest(*study.runs, fillvalue=np.nan)))
+    values = np.array(list(itertools.zip_longest(*improvement.runs, fillvalue=np.nan)))
     reached = better.accumulate(values)
     _shade(axes, reached[:, 1:])
-    best = reached[: len(study.runs[0]), 0]
+    best = reached[: len(improvement.runs[0]), 0]
     axes.step(
         range(len(best)), best, where="post", color=INK, linewidth=1.6, label="to the optimum"
     )
@@ -44,7 +44,9 @@ def draw_runs(study: Improvement) -> Figure:
         plain_numbers(axes.yaxis)
     else:
         axes.ticklabel_format(useOffset=False)
-    axes.set(xlabel="step", ylabel=size_at_place(study.cost.quantity, study.cost.column))
+    axes.set(
+        xlabel="step", ylabel=size_at_place(improvement.cost.quantity, improvement.cost.column)
+    )
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return figure
 

@@ -31,25 +31,28 @@ SECTIONS = 4
 """Sections of the comparison that the short report shows."""
 
 
-def improve_report(study: Improvement) -> Report:
+def improve_report(improvement: Improvement) -> Report:
     """The optimum."""
-    quantity = study.cost.quantity
-    worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
+    quantity = improvement.cost.quantity
+    worst = {
+        "as given": improvement.before[improvement.worst],
+        "optimum": improvement.after[improvement.worst],
+    }
     # The worst landing before and after, as `shockpc compare` shows two designs.
     comparison = compare_report(_comparison(quantity, worst))
     picture = Picture(
         "runs",
         "the target over the steps of the runs",
         "studies.improve.figure:draw_runs",
-        (study,),
+        (improvement,),
     )
-    moves = _moves(study)
+    moves = _moves(improvement)
 
     def body(full: bool) -> Iterator[Section]:
-        yield Lines([*shared_lines(study.after), *_lines(study)])
-        yield _variables(study)
+        yield Lines([*shared_lines(improvement.after), *_lines(improvement)])
+        yield _variables(improvement)
         if moves:
-            yield _drives(study)
+            yield _drives(improvement)
         yield picture
         yield from itertools.islice(comparison.body(full), None if full else SECTIONS)
         if not full:
@@ -57,18 +60,18 @@ def improve_report(study: Improvement) -> Report:
 
     # Functions, because the printed report needs few of the sheets.
     sheets: dict[str, Callable[[], Sheet]] = {
-        "variables": lambda: _variables(study),
-        "quantities": lambda: _quantities(study),
+        "variables": lambda: _variables(improvement),
+        "quantities": lambda: _quantities(improvement),
         "compare": comparison.sheets["compare"],
     }
     if "drives" in comparison.sheets:
         sheets["compare_drives"] = comparison.sheets["drives"]
-    if study.ends:
-        sheets["drives"] = lambda: _drives(study)
+    if improvement.ends:
+        sheets["drives"] = lambda: _drives(improvement)
 
     # The landings at the optimum as files that other commands take.
     def scenes(folder: Path) -> dict[str, str]:
-        profiles = enumerate(study.after.values(), start=1)
+        profiles = enumerate(improvement.after.values(), start=1)
         return {f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in profiles}
 
     return Report(
@@ -77,12 +80,12 @@ def improve_report(study: Improvement) -> Report:
         body=body,
         lead=3 + moves,
         closing=comparison.closing,
-        warnings=shared_warnings(study.after),
+        warnings=shared_warnings(improvement.after),
         sheets=sheets,
         tables=True,
-        document=lambda: _document(study),
+        document=lambda: _document(improvement),
         more=scenes,
-        landings={f"{label}: {study.worst}": profile for label, profile in worst.items()},
+        landings={f"{label}: {improvement.worst}": profile for label, profile in worst.items()},
     )
 
 
@@ -99,52 +102,52 @@ def _comparison(quantity: str, landings: Mapping[str, ShockProfile]) -> Comparis
     return compared(designs, more)
 
 
-def _with_unit(study: Improvement, value: float) -> str:
+def _with_unit(improvement: Improvement, value: float) -> str:
     """A value of the number, with its unit."""
-    return f"{value:.4g} {study.cost.column.unit}".removesuffix(" -")
+    return f"{value:.4g} {improvement.cost.column.unit}".removesuffix(" -")
 
 
-def _lines(study: Improvement) -> list[tuple[str, str]]:
+def _lines(improvement: Improvement) -> list[tuple[str, str]]:
     """Before and after, what holds the optimum, and how far it can be trusted."""
-    before, after = study.values
-    number = f"{_with_unit(study, before)} → {_with_unit(study, after)}"
+    before, after = improvement.values
+    number = f"{_with_unit(improvement, before)} → {_with_unit(improvement, after)}"
     if before and math.isfinite(after / before):
         number += f" ({100.0 * (after / before - 1.0):+.3g} %)"
-    if len(study.after) > 1:
-        number += f", the worst of {len(study.after)} landings"
-    lines = [(at_place(study.cost.quantity), number), *_over_drives(study)]
-    as_given = _as_given(study)
+    if len(improvement.after) > 1:
+        number += f", the worst of {len(improvement.after)} landings"
+    lines = [(at_place(improvement.cost.quantity), number), *_over_drives(improvement)]
+    as_given = _as_given(improvement)
     if as_given:
         lines.append(("as given", as_given))
-    if study.chosen:
-        lines.append(("by default", "; ".join(study.chosen)))
-    bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
-    holding = few([*bounds, *study.active], 6)
+    if improvement.chosen:
+        lines.append(("by default", "; ".join(improvement.chosen)))
+    bounds = [f"{one.name} at its {one.bound} value" for one in improvement.variables if one.bound]
+    holding = few([*bounds, *improvement.active], 6)
     lines.append(("held by", holding or "nothing: it lies inside all ranges and constraints"))
-    slopes = "exact derivatives" if study.cost.exact else "differences"
+    slopes = "exact derivatives" if improvement.cost.exact else "differences"
     lines.append(
         (
             "runs",
-            f"{count(len(study.runs), 'run')} by {slopes}, {study.agreeing} of them to within 1 % "
-            f"of the optimum; seed {study.seed}; a better optimum may exist",
+            f"{count(len(improvement.runs), 'run')} by {slopes}, {improvement.agreeing} of them to "
+            f"within 1 % of the optimum; seed {improvement.seed}; a better optimum may exist",
         )
     )
-    lines.append(("accuracy", _accuracy(study)))
+    lines.append(("accuracy", _accuracy(improvement)))
     return lines
 
 
-def _as_given(study: Improvement) -> str:
+def _as_given(improvement: Improvement) -> str:
     """The comparison of the landing as given with an optimum that is no better; else empty."""
-    if math.isnan(study.values[0]):
+    if math.isnan(improvement.values[0]):
         return "the number has no value"
-    before, after = study.cost.column.selection.worse(np.array(study.values))
+    before, after = improvement.cost.column.selection.worse(np.array(improvement.values))
     if math.isclose(before, after, rel_tol=1e-6):
         return "no point is better, by more than a millionth"
     if not after > before:
         return ""
-    differing = [one.name for one in study.variables if math.isnan(one.before)]
+    differing = [one.name for one in improvement.variables if math.isnan(one.before)]
     outside = []
-    for one, (low, high) in zip(study.variables, study.cost.bounds, strict=True):
+    for one, (low, high) in zip(improvement.variables, improvement.cost.bounds, strict=True):
         if not low <= one.before <= high:
             outside.append(one.name)
     reason = "it misses constraints"
@@ -155,32 +158,34 @@ def _as_given(study: Improvement) -> str:
     return f"better than the optimum: {reason}"
 
 
-def _accuracy(study: Improvement) -> str:
+def _accuracy(improvement: Improvement) -> str:
     """The accuracy of both values."""
-    profiles = (*study.before.values(), *study.after.values())
-    quantity = study.cost.column.selection.quantity
+    profiles = (*improvement.before.values(), *improvement.after.values())
+    quantity = improvement.cost.column.selection.quantity
     if any(quantity.of_ground(profile.scene) for profile in profiles):
         return "both values in double precision"
     return f"both values: {proof_text(max(profile.health.error_bound for profile in profiles))}"
 
 
-def _moves(study: Improvement) -> bool:
+def _moves(improvement: Improvement) -> bool:
     """True if the optimum depends on the drives."""
-    return any(isinstance(end, ShockError) or study.moves(end) for end in study.ends.values())
+    return any(
+        isinstance(end, ShockError) or improvement.moves(end) for end in improvement.ends.values()
+    )
 
 
-def _drives(study: Improvement) -> Sheet:
+def _drives(improvement: Improvement) -> Sheet:
     """The number and the optimum, as modelled and at both ends of the drives."""
-    cost, (given, after) = study.cost, study.values
+    cost, (given, after) = improvement.cost, improvement.values
     whats = ("as given", "at the optimum as modelled", "at the best found")
     names = [f"{what} [{cost.column.unit}]" for what in whats]
     columns: dict[str, Sequence[str | float | None]] = {
         "number or variable": [*names, *cost.names],
-        "as modelled": [given, after, after, *study.x.tolist()],
+        "as modelled": [given, after, after, *improvement.x.tolist()],
     }
-    for end, result in study.ends.items():
+    for end, result in improvement.ends.items():
         if isinstance(result, ShockError):
-            columns[end] = [None] * (len(names) + len(study.x))
+            columns[end] = [None] * (len(names) + len(improvement.x))
         else:
             columns[end] = [result.given, result.there, result.best, *result.x.tolist()]
     notes = [
@@ -190,33 +195,33 @@ def _drives(study: Improvement) -> Sheet:
     return Sheet.of(AT_BOTH, columns, notes)
 
 
-def _over_drives(study: Improvement) -> list[tuple[str, str]]:
+def _over_drives(improvement: Improvement) -> list[tuple[str, str]]:
     """Lines on how the optimum depends on the drives."""
-    if not study.ends:
+    if not improvement.ends:
         return []
-    if not _moves(study):
+    if not _moves(improvement):
         least = (
             "neither the number at the optimum nor a variable changes by more than 1 % (1 degree, "
             "1 cm)"
         )
         return [("drives", f"from {BETWEEN}, {least}")]
     lines = []
-    for end, result in study.ends.items():
+    for end, result in improvement.ends.items():
         if isinstance(result, ShockError):
             lines.append((f"{end} drives", f"no answer: {result}"))
             continue
-        there = f"→ {_with_unit(study, result.there)} at this optimum"
+        there = f"→ {_with_unit(improvement, result.there)} at this optimum"
         if math.isnan(result.there):
             there = "misses a constraint at this optimum"
-        best = f"{_with_unit(study, result.best)} at the best that is found"
+        best = f"{_with_unit(improvement, result.best)} at the best that is found"
         if math.isnan(result.best):
             best = "none is found"
-        given = _with_unit(study, result.given)
+        given = _with_unit(improvement, result.given)
         lines.append((f"{end} drives", f"{given} {there}; {best}"))
     return lines
 
 
-def _variables(study: Improvement) -> Sheet:
+def _variables(improvement: Improvement) -> Sheet:
     """A row for each variable: its effect at the optimum."""
     notes = [
         "5 %: the range of this variable, with the others unchanged, in which the target is at "
@@ -224,28 +229,32 @@ def _variables(study: Improvement) -> Sheet:
         "zero)",
         "set back, and 5 %: the constraints may not hold there",
     ]
-    changed = [varied.subject for varied in study.cost.variations if varied.kind.of_robot]
+    changed = [varied.subject for varied in improvement.cost.variations if varied.kind.of_robot]
     if changed:
         notes.append(
             f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its "
             f"file"
         )
-    return sheet_of(study.table, "what each variable does", notes)
+    return sheet_of(improvement.table, "what each variable does", notes)
 
 
-def _quantities(study: Improvement) -> Sheet:
+def _quantities(improvement: Improvement) -> Sheet:
     """The number as given and at the optimum."""
-    row = (study.cost.quantity, study.cost.column.unit, *study.values)
+    row = (improvement.cost.quantity, improvement.cost.column.unit, *improvement.values)
     return Sheet("numbers", ("quantity", "unit", "as given", "optimum"), [row])
 
 
-def _document(study: Improvement) -> dict[str, Any]:
+def _document(improvement: Improvement) -> dict[str, Any]:
     """The entries of the document that are no tables, schema `shockpc.improve/2`."""
     return {
-        "worst": study.worst or None,
-        **record(study, "active", "runs", "agreeing", "seed"),
+        "worst": improvement.worst or None,
+        **record(improvement, "active", "runs", "agreeing", "seed"),
         "landings": [
-            {"landing": name or None, "before": study.before[name].scene, "after": profile.scene}
-            for name, profile in study.after.items()
+            {
+                "landing": name or None,
+                "before": improvement.before[name].scene,
+                "after": profile.scene,
+            }
+            for name, profile in improvement.after.items()
         ],
     }

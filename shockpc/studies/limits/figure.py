@@ -1,7 +1,7 @@
 """The map of a number over joint and strike angle, with the bound and the robot file's limits."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -38,111 +38,135 @@ JUMP = 5.0
 SAMPLES = 600
 """Postures of the map, at most."""
 
+SCENE: dict[str, Any] = {"markersize": 5.0, "color": PAPER, "markeredgecolor": INK}
+"""Style of the mark of the scene."""
 
-def draw_limits(study: JointLimits) -> Figure:
-    """Draw the map."""
-    scale, unit = UNITS.get(study.unit, (1.0, study.unit))
-    figure = new_chart(7.2, 4.6, _title(study))
+BAR: dict[str, Any] = {
+    "drawedges": True,
+    "aspect": 28,
+    "pad": 0.02,
+    "extendrect": True,
+    "extendfrac": "auto",
+    "format": "%.3g",
+}
+"""Layout of the colour bar."""
+
+
+class _Map(NamedTuple):
+    """A number over values and strike angles, as it is drawn.
+
+    Attributes:
+        values: (n,) as they are shown.
+        angles: (T,) strike angles [deg].
+        numbers: (T, n).
+    """
+
+    values: Array
+    angles: Array
+    numbers: Array
+
+
+def draw_limits(limits: JointLimits) -> Figure:
+    """Draw the map, and below it a strip with what is allowed at every strike."""
+    scale, unit = UNITS.get(limits.unit, (1.0, limits.unit))
+    figure = new_chart(7.2, 4.6, _title(limits))
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
+    drawn = _map(limits, scale)
+    bands = _draw_bands(axes, limits, drawn)
+    words = [f"dotted: strike with the {'minimum' if limits.bound.below else 'maximum'}"]
 
-    n = len(study.scan.values)
-    # More postures than the figure has columns of pixels would take time and show nothing.
-    drawn = np.unique(np.linspace(0, n - 1, min(SAMPLES, n)).astype(int))
-    x = scale * study.scan.values[drawn]
-    y, numbers = _rows(study, drawn)
-    bands = _draw_bands(axes, study, x, y, numbers.T)
-
-    # Limits of the file and the scene, where they are on the map, and the words below it.
-    words = [f"dotted: strike with the {'minimum' if study.bound.below else 'maximum'}"]
-    ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
+    # Limits of the file and the scene, where they are on the map.
+    low, high = limits.range
+    ends = [end for end in limits.file_limits if low <= end <= high]
     for end in ends:
-        for part in (axes, strip):
-            dashes: Any = (0, (5, 3))
-            part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=dashes, clip_on=False)
+        _draw_end(axes, scale * end)
+        _draw_end(strip, scale * end)
     if ends:
         words.append("dashed: limits in the file")
-    # The scene itself may be outside the map.
-    value, angle = study.present[0], math.degrees(study.present[1])
-    low, high = study.range
-    if low <= value <= high and y[0] <= angle <= y[-1]:
+    value, angle = limits.present[0], math.degrees(limits.present[1])
+    if low <= value <= high and drawn.angles[0] <= angle <= drawn.angles[-1]:
+        axes.plot([scale * value], [angle], "o", **SCENE)
         words.append("circle: the scene")
-        circle: dict[str, Any] = {"markersize": 5.0, "color": PAPER, "markeredgecolor": INK}
-        axes.plot([scale * value], [angle], "o", **circle)
 
-    # The strip below has what is allowed at every strike.
-    for interval in study.limits[-1].intervals:
+    for interval in limits.limits[-1].intervals:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
-    axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.set(
+        ylabel="strike angle [deg]",
+        xlim=(drawn.values[0], drawn.values[-1]),
+        ylim=(drawn.angles[0], drawn.angles[-1]),
+    )
     axes.tick_params(labelbottom=False)
-    strip.set(yticks=[], xlabel=f"{varied_text(study.subject, unit)} [{unit}]")
-    beside: dict[str, Any] = {"rotation": 0.0, "ha": "right", "va": "center", "fontsize": 6.5}
-    strip.set_ylabel("allowed at\nevery strike", **beside)
-
-    layout: dict[str, Any] = {"drawedges": True, "aspect": 28, "pad": 0.02}
-    ends_of_bar: dict[str, Any] = {"extendrect": True, "extendfrac": "auto"}
-    bar = figure.colorbar(bands, ax=[axes, strip], format="%.3g", **layout, **ends_of_bar)
-    bar.set_label(f"{_label(study)}; black line: the bound")
+    strip.set(yticks=[], xlabel=f"{varied_text(limits.subject, unit)} [{unit}]")
+    strip.set_ylabel(
+        "allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5
+    )
+    bar = figure.colorbar(bands, ax=[axes, strip], **BAR)
+    bar.set_label(f"{_label(limits)}; black line: the bound")
     bar.ax.tick_params(length=0.0)
     figure.supxlabel("; ".join(words), fontsize=7.0, x=0.02, ha="left")
     return figure
 
 
-def _title(study: JointLimits) -> str:
-    number = printable(study.target.title, 60)
-    foot = printable(contact_name(study.profile.scene), 60)
+def _draw_end(axes: Axes, value: float) -> None:
+    """Draw a limit of the robot's file."""
+    axes.axvline(value, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
+
+
+def _title(limits: JointLimits) -> str:
+    number = printable(limits.target.title, 60)
+    foot = printable(contact_name(limits.profile.scene), 60)
     return (
-        f"{number[:1].upper()}{number[1:]} of {robot_name(study.profile.robot)} landing on {foot}"
+        f"{number[:1].upper()}{number[1:]} of {robot_name(limits.profile.robot)} landing on {foot}"
     )
 
 
-def _label(study: JointLimits) -> str:
+def _label(limits: JointLimits) -> str:
     """The number and its unit."""
-    if study.target.shock:
+    if limits.target.shock:
         return SHOCK
-    title = study.target.selection.quantity.title.partition(",")[0]
-    return f"{title} [{study.target.unit}]"
+    title = limits.target.selection.quantity.title.partition(",")[0]
+    return f"{title} [{limits.target.unit}]"
 
 
-def _draw_bands(axes: Axes, study: JointLimits, x: Array, y: Array, numbers: Array) -> Any:
+def _draw_bands(axes: Axes, limits: JointLimits, drawn: _Map) -> Any:
     """Draw the number in bands of colour, the bound, and the strike angle of the worst number.
-
-    Args:
-        axes: the axes.
-        study: the limits.
-        x: (n,) values, as they are shown.
-        y: (S,) strike angles [deg].
-        numbers: (S, n).
 
     Returns: the bands.
     """
-    bound = study.bound.value
+    x, y, numbers = drawn
+    bound = limits.bound.value
     levels, colours = [bound * share for share in SHARES], COLOURS
-    if study.bound.below:
+    if limits.bound.below:
         levels, colours = [bound * share for share in LEAST], COLOURS[::-1]
     style: dict[str, Any] = {"colors": colours, "extend": "max", "antialiased": False}
     bands = axes.contourf(x, y, numbers, levels=levels, **style)
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
 
-    worst = y[np.argmax(study.bound.violation(numbers), axis=0)]
+    worst = y[np.argmax(limits.bound.violation(numbers), axis=0)]
     jumps = np.abs(np.diff(worst, append=worst[-1])) > JUMP
     axes.plot(x, np.where(jumps, np.nan, worst), ":", color=INK, linewidth=1.1)
     return bands
 
 
-def _rows(study: JointLimits, drawn: np.ndarray) -> tuple[Array, Array]:
-    """Strike angles (T,) of a map [deg], and the number (n, T) in some values of the scan.
+def _map(limits: JointLimits, scale: float) -> _Map:
+    """The number over some values of the scan, shown as multiples of 1 / scale, and all strikes.
 
     Between the angles of the scan the square of the number is interpolated, because that of a
     length has no kink where the length is zero.
     """
-    inside = study.scan.inside(study.strikes)
-    angles = np.degrees(study.scan.angles[inside])
-    numbers = study.scan.numbers[drawn][:, inside]
+    scan = limits.scan
+    # More postures than the figure has columns of pixels would take time and show nothing.
+    n = len(scan.values)
+    shown = np.unique(np.linspace(0, n - 1, min(SAMPLES, n)).astype(int))
+    inside = scan.inside(limits.strikes)
+    angles = np.degrees(scan.angles[inside])
+    numbers = scan.numbers[shown][:, inside]
+    values = scale * scan.values[shown]
     if len(angles) == 1:
-        return angles + np.array([-BESIDE, BESIDE]), np.repeat(numbers, 2, axis=1)
+        return _Map(values, angles + np.array([-BESIDE, BESIDE]), np.repeat(numbers.T, 2, axis=0))
     finer = np.linspace(angles[0], angles[-1], FINER * len(angles))
-    between = np.full((len(numbers), len(finer)), np.nan)
+    between = np.full((len(finer), len(values)), np.nan)
     known = np.isfinite(numbers).all(axis=1)
-    squares = CubicSpline(angles, numbers[known] ** 2, axis=1)(finer)
-    between[known] = np.sqrt(np.maximum(squares, 0.0))
-    return finer, between
+    squares = CubicSpline(angles, numbers[known].T ** 2)(finer)
+    between[:, known] = np.sqrt(np.maximum(squares, 0.0))
+    return _Map(values, finer, between)

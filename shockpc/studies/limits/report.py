@@ -42,103 +42,103 @@ LEAST_MOVE = {"rad": "1 degree", "m": "1 cm"}
 """Least motion of a limit that is reported, by unit; 1 % of the range otherwise."""
 
 
-def limits_report(study: JointLimits) -> Report:
+def limits_report(limits: JointLimits) -> Report:
     """The limits of a joint."""
     sheets = {
-        "limits": lambda: _allowed(study),
-        "best": lambda: _best(study),
-        "postures": lambda: _postures(study),
+        "limits": lambda: _allowed(limits),
+        "best": lambda: _best(limits),
+        "postures": lambda: _postures(limits),
     }
-    if study.ends:
-        sheets["drives"] = lambda: _drives(study)
+    if limits.ends:
+        sheets["drives"] = lambda: _drives(limits)
     return Report(
         name="limits",
-        title=f"Limits of {study.subject} for the {study.target.title}",
-        body=lambda full: _body(study, None if full else ROWS),
-        closing=[*_no_dependence(study), *_none_allowed(study), *_over_drives(study)],
-        warnings=_warnings(study),
+        title=f"Limits of {limits.subject} for the {limits.target.title}",
+        body=lambda full: _body(limits, None if full else ROWS),
+        closing=[*_no_dependence(limits), *_none_allowed(limits), *_over_drives(limits)],
+        warnings=_warnings(limits),
         sheets=sheets,
-        document=lambda: _document(study),
+        document=lambda: _document(limits),
         tables=True,
     )
 
 
-def _body(study: JointLimits, rows: int | None) -> list[Section]:
-    """The sections. Args: study, the limits; rows, of the table of postures, about, or all."""
-    heading = "joint" if study.of_joints else "varied"
-    what = f"{study.target.title} over {study.subject} and strike angle"
+def _body(limits: JointLimits, rows: int | None) -> list[Section]:
+    """The sections. Args: limits; rows, of the table of postures, about, or all."""
+    heading = "joint" if limits.of_joints else "varied"
+    what = f"{limits.target.title} over {limits.subject} and strike angle"
     return [
-        Lines([*header_lines(study.profile), (heading, _scan_text(study))]),
-        Picture("limits", what, "studies.limits.figure:draw_limits", (study,)),
-        _allowed(study),
-        _best(study),
-        _postures(study, rows),
+        Lines([*header_lines(limits.profile), (heading, _scan_text(limits))]),
+        Picture("limits", what, "studies.limits.figure:draw_limits", (limits,)),
+        _allowed(limits),
+        _best(limits),
+        _postures(limits, rows),
     ]
 
 
-def _scan_text(study: JointLimits) -> str:
+def _scan_text(limits: JointLimits) -> str:
     """The quantity that varies, its range and the limits of the file."""
-    unit = _unit(study)
-    low, high, step = (f"{study.shown(value):g}" for value in (*study.range, study.step))
-    text = f"{study.subject} from {low} to {high}{unit}, scanned in steps of {step}{unit}"
-    if study.of_joints:
-        least, greatest = (_limit_text(study, limit) for limit in study.file_limits)
+    unit = _unit(limits)
+    low, high, step = (f"{limits.shown(value):g}" for value in (*limits.range, limits.step))
+    text = f"{limits.subject} from {low} to {high}{unit}, scanned in steps of {step}{unit}"
+    if limits.of_joints:
+        least, greatest = (_limit_text(limits, limit) for limit in limits.file_limits)
         text += f"; the file's limits are {least} and {greatest}"
     return text
 
 
-def _limit_text(study: JointLimits, limit: float) -> str:
-    return f"{study.shown(limit):g}" if math.isfinite(limit) else "none"
+def _limit_text(limits: JointLimits, limit: float) -> str:
+    return f"{limits.shown(limit):g}" if math.isfinite(limit) else "none"
 
 
-def _unit(study: JointLimits) -> str:
+def _unit(limits: JointLimits) -> str:
     """The unit of values after a number."""
-    return f" {study.shown_unit}".removesuffix(" -")
+    return f" {limits.shown_unit}".removesuffix(" -")
 
 
-def _over_drives(study: JointLimits) -> list[str]:
+def _over_drives(limits: JointLimits) -> list[str]:
     """The limits at both ends of the drives, where they differ."""
-    if not study.ends:
+    if not limits.ends:
         return []
-    moved = any(isinstance(end, ShockError) or study.moves(end) for end in study.ends.values())
+    moved = any(isinstance(end, ShockError) or limits.moves(end) for end in limits.ends.values())
     if not moved:
-        least = LEAST_MOVE.get(study.unit, "1 % of the range")
+        least = LEAST_MOVE.get(limits.unit, "1 % of the range")
         return [f"drives: from {BETWEEN}, no limit moves by more than {least}"]
     lines = [
         f"drives: the limits move from {BETWEEN}; {BEYOND}",
-        f"  as modelled: {_allowed_words(study)}",
+        f"  as modelled: {_allowed_words(limits)}",
     ]
-    for end, limits in study.ends.items():
-        if isinstance(limits, ShockError):
-            lines.append(f"  {end} inertias: none, because {limits}")
+    for end, at_end in limits.ends.items():
+        if isinstance(at_end, ShockError):
+            lines.append(f"  {end} inertias: none, because {at_end}")
         else:
-            lines.append(f"  {end} inertias: {_allowed_words(limits)}")
+            lines.append(f"  {end} inertias: {_allowed_words(at_end)}")
     return lines
 
 
-def _allowed_words(study: JointLimits) -> str:
+def _allowed_words(limits: JointLimits) -> str:
     """The values allowed at the strike of the scene, and at all strikes of the range."""
     texts = [
-        f"{_usable_words(study, study.limits[0])} at the scene's strike angle",
-        f"{_usable_words(study, study.limits[-1])} at all strike angles",
+        f"{_usable_words(limits, limits.limits[0])} at the scene's strike angle",
+        f"{_usable_words(limits, limits.limits[-1])} at all strike angles",
     ]
     return "; ".join(dict.fromkeys(texts))
 
 
-def _usable_words(study: JointLimits, limits: StrikeLimits) -> str:
+def _usable_words(limits: JointLimits, at_end: StrikeLimits) -> str:
     """The values that keep the bound and that flat ground allows."""
     pieces = []
-    for low, high in limits.usable:
-        pieces.append(f"{study.shown(low):.4g} to {study.shown(high):.4g}{_unit(study)}")
+    for low, high in at_end.usable:
+        pieces.append(f"{limits.shown(low):.4g} to {limits.shown(high):.4g}{_unit(limits)}")
     return " and ".join(pieces) or "no value"
 
 
-def _no_dependence(study: JointLimits) -> list[str]:
+def _no_dependence(limits: JointLimits) -> list[str]:
     """That the number is the same for all values, but for rounding, where it is."""
-    if not _unchanged(study.scan.numbers):
+    if not _unchanged(limits.scan.numbers):
         return []
-    text = f"{study.target.name} does not depend on {study.subject} in this range"
-    if isinstance(KINDS.get(study.subject), OfGround):
+    text = f"{limits.target.name} does not depend on {limits.subject} in this range"
+    if isinstance(KINDS.get(limits.subject), OfGround):
         text += f"; {NAME_ONE}"
     return [text]
 
@@ -152,44 +152,44 @@ def _unchanged(numbers: Array) -> bool:
     return bool(np.all(np.ptp(numbers, axis=0) <= UNCHANGED * largest))
 
 
-def _depends_on_ground(study: JointLimits) -> bool:
-    return study.target.selection.quantity.of_ground(study.profile.scene)
+def _depends_on_ground(limits: JointLimits) -> bool:
+    return limits.target.selection.quantity.of_ground(limits.profile.scene)
 
 
-def _none_allowed(study: JointLimits) -> list[str]:
+def _none_allowed(limits: JointLimits) -> list[str]:
     """That no value keeps the bound where flat ground allows the landing, and the best number."""
-    if any(each.usable for each in study.limits):
+    if any(each.usable for each in limits.limits):
         return []
-    text = f"no feasible value of {study.subject} keeps {study.target.name} {_bound(study)}"
-    feasible = [each for each in study.limits if not math.isnan(each.best)]
+    text = f"no feasible value of {limits.subject} keeps {limits.target.name} {_bound(limits)}"
+    feasible = [each for each in limits.limits if not math.isnan(each.best)]
     if not feasible:
         return [
             f"{text}: flat ground allows no landing of this range; give another with --range, or "
             "a larger --ground-tolerance"
         ]
-    best = min(feasible, key=lambda each: study.bound.sign * each.best)
-    at = f"{study.shown(best.best_at):.4g}{_unit(study)}"
+    best = min(feasible, key=lambda each: limits.bound.sign * each.best)
+    at = f"{limits.shown(best.best_at):.4g}{_unit(limits)}"
     return [
         f"{text}: the best is {best.best:.3g} at {at}; allow more, or give another range with "
         f"--range"
     ]
 
 
-def _warnings(study: JointLimits) -> list[str]:
+def _warnings(limits: JointLimits) -> list[str]:
     """The warnings of the landing, the scan and the ground."""
-    warnings = other_warning_lines(study.profile)
-    n = len(study.scan.values)
-    scene, target = study.profile.scene, study.target
-    for low, high, reason in study.scan.unreachable:
-        ends = f"{study.shown(low):.4g} to {study.shown(high):.4g} {study.shown_unit}"
+    warnings = other_warning_lines(limits.profile)
+    n = len(limits.scan.values)
+    scene, target = limits.profile.scene, limits.target
+    for low, high, reason in limits.scan.unreachable:
+        ends = f"{limits.shown(low):.4g} to {limits.shown(high):.4g} {limits.shown_unit}"
         warnings.append(f"warning: from {ends} there is no result: {reason}")
-    if study.scan.inaccurate:
+    if limits.scan.inaccurate:
         warnings.append(
-            f"warning: in {study.scan.inaccurate} of {n} postures the equations are "
+            f"warning: in {limits.scan.inaccurate} of {n} postures the equations are "
             f"ill-conditioned; double precision may be off by more than 1e-9 there: compare with "
             f"shockpc analyze"
         )
-    if scene.friction is not None and not _depends_on_ground(study):
+    if scene.friction is not None and not _depends_on_ground(limits):
         warnings.append(
             "warning: the friction changes only the column feasible, as contacts slide and open "
             "with it; the bounded number is for contacts that stick"
@@ -199,8 +199,8 @@ def _warnings(study: JointLimits) -> list[str]:
             f"warning: {target.name} is computed in one posture and at one strike angle at a "
             "time; --step, --range and --strikes set their number"
         )
-    at_scene = n - int(study.scan.feasible(study.limits[0].strikes).sum())
-    at_some = n - int(study.scan.feasible(study.strikes).sum())
+    at_scene = n - int(limits.scan.feasible(limits.limits[0].strikes).sum())
+    at_some = n - int(limits.scan.feasible(limits.strikes).sum())
     if at_scene or at_some:
         tolerance = f"{1e3 * scene.ground_tolerance:g} mm (--ground-tolerance)"
         warnings.append(
@@ -212,40 +212,40 @@ def _warnings(study: JointLimits) -> list[str]:
     return warnings
 
 
-def _document(study: JointLimits) -> dict[str, Any]:
+def _document(limits: JointLimits) -> dict[str, Any]:
     """The entries of the document that are no tables: angles in degrees, positions in metres."""
 
     def value(number: float) -> float:
-        return in_degrees(number) if study.unit == "rad" else round(number, 9) + 0.0
+        return in_degrees(number) if limits.unit == "rad" else round(number, 9) + 0.0
 
     unreachable = []
-    for low, high, reason in study.scan.unreachable:
+    for low, high, reason in limits.scan.unreachable:
         unreachable.append({"low": value(low), "high": value(high), "reason": reason})
     return {
-        "scene": study.profile.scene,
-        "target": study.target.name,
-        "target_unit": study.target.selection.quantity.unit,
-        "joints": study.joints,
-        "unit": study.unit.replace("rad", "deg"),
-        "max": None if study.bound.below else study.bound.value,
-        "min": study.bound.value if study.bound.below else None,
-        "warnings": study.profile.health.warnings,
-        "range": tuple(map(value, study.range)),
-        "file_limits": tuple(map(value, study.file_limits)),
-        "step": value(study.step),
-        "strike_angles_deg": tuple(map(in_degrees, study.strikes)),
+        "scene": limits.profile.scene,
+        "target": limits.target.name,
+        "target_unit": limits.target.selection.quantity.unit,
+        "joints": limits.joints,
+        "unit": limits.unit.replace("rad", "deg"),
+        "max": None if limits.bound.below else limits.bound.value,
+        "min": limits.bound.value if limits.bound.below else None,
+        "warnings": limits.profile.health.warnings,
+        "range": tuple(map(value, limits.range)),
+        "file_limits": tuple(map(value, limits.file_limits)),
+        "step": value(limits.step),
+        "strike_angles_deg": tuple(map(in_degrees, limits.strikes)),
         "unreachable": unreachable,
-        "inaccurate_postures": study.scan.inaccurate,
+        "inaccurate_postures": limits.scan.inaccurate,
     }
 
 
-def _allowed(study: JointLimits) -> Sheet:
+def _allowed(limits: JointLimits) -> Sheet:
     """The intervals of values that keep the bound, for every strike angle.
 
     It says where flat ground allows them.
     """
-    title = f"values of {study.subject} that keep {study.target.name} {_bound(study)}"
-    sheet = sheet_of(study.table, title, [])
+    title = f"values of {limits.subject} that keep {limits.target.name} {_bound(limits)}"
+    sheet = sheet_of(limits.table, title, [])
     feasible = {"yes": True, "no": False}
     kinds: set[Cell] = set()
     rows: list[Row] = []
@@ -257,59 +257,59 @@ def _allowed(study: JointLimits) -> Sheet:
     return sheet._replace(header=[*sheet.header[:-1], "feasible"], rows=rows, notes=notes)
 
 
-def _drives(study: JointLimits) -> Sheet:
+def _drives(limits: JointLimits) -> Sheet:
     """The rows of `_allowed` with the smallest and the largest inertias of the drives."""
-    header: Sequence[str | Heading] = _allowed(study).header
+    header: Sequence[str | Heading] = _allowed(limits).header
     rows: list[Row] = []
-    for end, limits in study.ends.items():
-        if isinstance(limits, ShockError):
+    for end, at_end in limits.ends.items():
+        if isinstance(at_end, ShockError):
             rows.append((end, *(None,) * len(header)))
         else:
-            rows += [(end, *row) for row in _allowed(limits).rows]
+            rows += [(end, *row) for row in _allowed(at_end).rows]
     return Sheet(AT_BOTH, ("drives", *header), rows)
 
 
-def _best(study: JointLimits) -> Sheet:
+def _best(limits: JointLimits) -> Sheet:
     """The best number where flat ground allows the landing, for every strike angle.
 
     Of several strikes it is that of the worst.
     """
-    number = f"best {study.target.selection.name} [{study.target.unit}]"
+    number = f"best {limits.target.selection.name} [{limits.target.unit}]"
     rows: list[Row] = []
-    for each in study.limits:
-        rows.append((*map(in_degrees, each.strikes), each.best, study.shown(each.best_at)))
-    title = f"best {study.target.title} where flat ground allows the landing"
-    at = f"at [{study.shown_unit}]"
+    for each in limits.limits:
+        rows.append((*map(in_degrees, each.strikes), each.best, limits.shown(each.best_at)))
+    title = f"best {limits.target.title} where flat ground allows the landing"
+    at = f"at [{limits.shown_unit}]"
     return Sheet(title, ("strike from [deg]", "strike to [deg]", number, at), rows)
 
 
-def _postures(study: JointLimits, most: int | None = None) -> Sheet:
+def _postures(limits: JointLimits, most: int | None = None) -> Sheet:
     """The number in every posture of the scan, at the scene's and at the worst strike of the range.
 
     Args:
-        study: the limits.
+        limits: the result.
         most: number of postures, about; None for all.
     """
-    scan, unit = study.scan, study.target.unit
+    scan, unit = limits.scan, limits.target.unit
     every = 1
     notes = []
     if most is not None:
         every = _every(len(scan.values), most)
     if every > 1:
         notes.append(f"one in {every} values of the scan is shown; --out writes all")
-    worst, at = scan.worst(study.strikes)
+    worst, at = scan.worst(limits.strikes)
     rows: list[Row] = []
     for k in range(0, len(scan.values), every):
         numbers = float(scan.at_scene_strike[k]), float(worst[k])
-        rows.append((study.shown(float(scan.values[k])), *numbers, in_degrees(at[k])))
+        rows.append((limits.shown(float(scan.values[k])), *numbers, in_degrees(at[k])))
     header = (
-        f"{'joint' if study.of_joints else study.subject} [{study.shown_unit}]",
+        f"{'joint' if limits.of_joints else limits.subject} [{limits.shown_unit}]",
         f"at the scene's strike [{unit}]",
         f"worst [{unit}]",
         "at strike angle [deg]",
     )
-    low, high = map(math.degrees, study.strikes)
-    title = f"{study.target.title} over strike angles from {low:g} to {high:g} deg"
+    low, high = map(math.degrees, limits.strikes)
+    title = f"{limits.target.title} over strike angles from {low:g} to {high:g} deg"
     return Sheet(title, header, rows, notes)
 
 
@@ -319,6 +319,6 @@ def _every(values: int, most: int) -> int:
     return next((step for step in ROUND if step >= least), least)
 
 
-def _bound(study: JointLimits) -> str:
-    side = "above" if study.bound.below else "below"
-    return f"at or {side} {study.bound.value:g} {study.target.unit}".removesuffix(" -")
+def _bound(limits: JointLimits) -> str:
+    side = "above" if limits.bound.below else "below"
+    return f"at or {side} {limits.bound.value:g} {limits.target.unit}".removesuffix(" -")

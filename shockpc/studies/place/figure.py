@@ -121,26 +121,28 @@ class _View(NamedTuple):
     seen: Array
 
 
-def draw_place(study: PlaceStudy) -> Figure:
+def draw_place(placement: PlaceStudy) -> Figure:
     """Draw the body in its frame, from the side, from above and from the front.
 
     The colours are what places are compared by, in the plane through the best place.
     """
-    content, frame = _content_and_frame(study)
+    content, frame = _content_and_frame(placement)
     width, depth, height = frame.sides
-    tables = [_rows(study)]
-    notes = _notes(study, len(content.copc))
+    tables = [_rows(placement)]
+    notes = _notes(placement, len(content.copc))
     # The column is above the front view, if there is room.
     column = None
     if column_height(tables, notes, signs=4) < depth + GAP:
         column = LEFT + width + 2.0 * GAP
     right = LEFT + width + GAP
-    page = Page(right + depth, FOOT + height + GAP + depth, _heading(study), tables, notes, column)
+    page = Page(
+        right + depth, FOOT + height + GAP + depth, _heading(placement), tables, notes, column
+    )
 
     # The edges of a mesh are the same in all views.
     edges: dict[int, Edges] = {}
-    views = {name: _view(study, content, frame, pair, edges) for name, pair in VIEWS.items()}
-    at_marks = study.fields.at(content.marks)
+    views = {name: _view(placement, content, frame, pair, edges) for name, pair in VIEWS.items()}
+    at_marks = placement.fields.at(content.marks)
     # One scale of colours for all views and marks.
     shocks = np.concatenate([at_marks, *(view.seen for view in views.values())])
     levels, colours = shock_levels(float(shocks.min()), float(shocks.max()))
@@ -164,7 +166,7 @@ def draw_place(study: PlaceStudy) -> Figure:
         hulls = [projection(cell, view.plane) for cell in content.cells]
         if hulls:
             outlined(axes, shapely.union_all(hulls), frame.detail, **REGION_STYLE)
-        _mark(axes, study, view.plane, Labels(axes, window, view.region), content.copc)
+        _mark(axes, placement, view.plane, Labels(axes, window, view.region), content.copc)
         axes.text(0.02, 0.98, name, fontstyle="italic", va="top", transform=axes.transAxes)
     number = "maximum normalised shock over the landings |Δv| / v_in [-]"
     across = width + GAP + depth
@@ -173,20 +175,20 @@ def draw_place(study: PlaceStudy) -> Figure:
     return page.figure
 
 
-def _content_and_frame(study: PlaceStudy) -> tuple[_Content, _Frame]:
+def _content_and_frame(placement: PlaceStudy) -> tuple[_Content, _Frame]:
     """The content of the views, and the box around it."""
-    shapes, _ = body_shapes(study.robot)[study.body]
+    shapes, _ = body_shapes(placement.robot)[placement.body]
     cells = []
-    if study.region.solid:
-        cells = [Shape("", cell.points, cell.rounding) for cell in study.region.cells]
-    marks = np.array([sensor.position for sensor in (*study.today, *study.places)])
+    if placement.region.solid:
+        cells = [Shape("", cell.points, cell.rounding) for cell in placement.region.cells]
+    marks = np.array([sensor.position for sensor in (*placement.today, *placement.places)])
     if cells:
         marks = np.concatenate([marks, surface(cells)])
     points = np.concatenate([surface(shapes), marks]) if shapes else marks
     # CoPcs near the box of the points are in the views.
     low, high = points.min(axis=0), points.max(axis=0)
     near = NEARBY_SHARE * max(float((high - low).max()), 1e-6)
-    copc = np.array([profile.copc[study.body] for profile in study.profiles])
+    copc = np.array([profile.copc[placement.body] for profile in placement.profiles])
     is_near = (copc > low - near) & (copc < high + near)
     copc = copc[is_near.all(axis=1)]
 
@@ -202,7 +204,7 @@ def _content_and_frame(study: PlaceStudy) -> tuple[_Content, _Frame]:
 
 
 def _view(
-    study: PlaceStudy,
+    placement: PlaceStudy,
     content: _Content,
     frame: _Frame,
     pair: tuple[int, int],
@@ -211,7 +213,7 @@ def _view(
     """A view of the body, and what places are compared by in its plane through the best place.
 
     Args:
-        study: the study.
+        placement: the result.
         content: of the views.
         frame: of the views.
         pair: axes of the body's frame that point to the right and up.
@@ -222,11 +224,11 @@ def _view(
     region = silhouette(content.shapes, plane, frame.detail, edges)
     # A grid over the two axes; the third is that of the best place.
     lines = np.linspace(frame.low, frame.high, CELLS + 1)
-    coordinates = [study.places[0].position[k : k + 1] for k in range(3)]
+    coordinates = [placement.places[0].position[k : k + 1] for k in range(3)]
     for k in pair:
         coordinates[k] = lines[:, k]
     points = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, 3)
-    values = seen = study.fields.at(points)
+    values = seen = placement.fields.at(points)
     if content.shapes:
         seen = values[shapely.contains_xy(region, *to_plane(points, plane).T)]
     return _View(plane, region, values.reshape(CELLS + 1, CELLS + 1).T, seen)
@@ -261,15 +263,15 @@ def _colour(
     filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
 
 
-def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Array) -> None:
+def _mark(axes: Axes, placement: PlaceStudy, plane: Plane, labels: Labels, copc: Array) -> None:
     """Mark CoPcs (n, 3), today's sensors and the places found, with labels."""
     for point in to_plane(copc, plane):
         labels.keep_free(point, 0.03)
         axes.plot(*point, **DOT)
     signs = []
-    for k, sensor in enumerate(study.today):
+    for k, sensor in enumerate(placement.today):
         signs.append((to_plane(sensor.position, plane), SIGNS["sensor"], letter(k)))
-    for k, sensor in enumerate(study.places, start=1):
+    for k, sensor in enumerate(placement.places, start=1):
         signs.append((to_plane(sensor.position, plane), STAR, str(k)))
     for point, style, _ in signs:
         labels.keep_free(point, 0.07)
@@ -278,40 +280,45 @@ def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Arr
         labels.place(point, text, gap=0.08)
 
 
-def _heading(study: PlaceStudy) -> tuple[str, str, str]:
+def _heading(placement: PlaceStudy) -> tuple[str, str, str]:
     """The title, the landings, and the joint model."""
-    body = printable(study.robot.bodies[study.body].name, 30)
-    postures = {posture_text(profile) for profile in study.profiles}
+    body = printable(placement.robot.bodies[placement.body].name, 30)
+    postures = {posture_text(profile) for profile in placement.profiles}
     posture = postures.pop() if len(postures) == 1 else "differs"
-    models = {joint_model_text(profile) for profile in study.profiles}
+    models = {joint_model_text(profile) for profile in placement.profiles}
     model = models.pop() if len(models) == 1 else "differs"
-    landings = f"{count(len(study.landings), 'landing')}; posture {posture}; {study.region.text}"
+    landings = (
+        f"{count(len(placement.landings), 'landing')}; posture {posture}; {placement.region.text}"
+    )
     return (
-        f"{robot_name(study.robot)}: place of minimum shock on {body}",
+        f"{robot_name(placement.robot)}: place of minimum shock on {body}",
         printable(landings),
         f"joint model: {model}",
     )
 
 
-def _rows(study: PlaceStudy) -> TableRows:
+def _rows(placement: PlaceStudy) -> TableRows:
     """Sensors and places: position in the body's frame and shock."""
     rows: TableRows = [("", "place", "x", "y", "z [m]", "shock [-]")]
-    signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
-    for mark, sensor in zip(signs, (*study.today, *study.places), strict=True):
+    signs = [
+        *map(letter, range(len(placement.today))),
+        *map(str, range(1, len(placement.places) + 1)),
+    ]
+    for mark, sensor in zip(signs, (*placement.today, *placement.places), strict=True):
         position = [short(x, 3) for x in sensor.position]
         rows.append((mark, cut(sensor.name, 18), *position, f"{sensor.combined:.3g}"))
     return rows
 
 
-def _notes(study: PlaceStudy, near: int) -> list[str]:
+def _notes(placement: PlaceStudy, near: int) -> list[str]:
     """Notes on what the views cannot show.
 
     Args:
-        study: the study.
+        placement: the result.
         near: number of CoPcs in the views.
     """
-    landings = len(study.profiles)
-    translating = sum(bool(profile.translates[study.body]) for profile in study.profiles)
+    landings = len(placement.profiles)
+    translating = sum(bool(profile.translates[placement.body]) for profile in placement.profiles)
     far = landings - near - translating
     notes = []
     if far:
@@ -321,6 +328,6 @@ def _notes(study: PlaceStudy, near: int) -> list[str]:
             f"no CoPc in {count(translating, 'landing')}, in which the body does not rotate in the "
             f"plane"
         )
-    if study.failures:
-        notes.append(f"{count(len(study.failures), 'landing')} could not be computed")
+    if placement.failures:
+        notes.append(f"{count(len(placement.failures), 'landing')} could not be computed")
     return notes

@@ -26,150 +26,152 @@ SHORT = 6
 """Landings in the short table."""
 
 
-def place_report(study: PlaceStudy) -> Report:
+def place_report(placement: PlaceStudy) -> Report:
     """The places of minimum shock on a body."""
-    body_name = study.robot.bodies[study.body].name
-    judged = any(sensor.margin is not None for sensor in _sensors(study))
+    body_name = placement.robot.bodies[placement.body].name
+    judged = any(sensor.margin is not None for sensor in _sensors(placement))
     header = [
-        *shared_lines(_profiles(study)),
-        ("where", study.region.text),
+        *shared_lines(_profiles(placement)),
+        ("where", placement.region.text),
         ("compared by", "maximum shock over the landings"),
     ]
     picture = Picture(
-        "place", "maximum shock over the body", "studies.place.figure:draw_place", (study,)
+        "place", "maximum shock over the body", "studies.place.figure:draw_place", (placement,)
     )
 
     def body(full: bool) -> list[Section]:
         sections: list[Section] = [Lines(header), picture]
-        sections.append(_places(study).without("present", "bound"))
+        sections.append(_places(placement).without("present", "bound"))
         if judged:
-            sections.append(_margins(study))
-        sections.append(_landings(study, None if full else SHORT))
-        if moves_over_drives(study):
-            sections.append(_drives(study))
+            sections.append(_margins(placement))
+        sections.append(_landings(placement, None if full else SHORT))
+        if moves_over_drives(placement):
+            sections.append(_drives(placement))
         return sections
 
     sheets: dict[str, Callable[[], Sheet]] = {
-        "places": lambda: _places(study),
-        "landings": lambda: _landings(study),
-        "velocity_changes": lambda: _velocity_changes(study),
+        "places": lambda: _places(placement),
+        "landings": lambda: _landings(placement),
+        "velocity_changes": lambda: _velocity_changes(placement),
     }
     if judged:
-        sheets["margins"] = lambda: _margins(study)
-    if study.ends:
-        sheets["drives"] = lambda: _drives(study)
+        sheets["margins"] = lambda: _margins(placement)
+    if placement.ends:
+        sheets["drives"] = lambda: _drives(placement)
     return Report(
         name="place",
-        title=f"Place of minimum shock on {body_name} of {robot_name(study.robot)}",
+        title=f"Place of minimum shock on {body_name} of {robot_name(placement.robot)}",
         body=body,
         lead=3,
-        closing=[*_gains(study), *_over_drives(study), *_proof(study)],
-        warnings=_warnings(study),
+        closing=[*_gains(placement), *_over_drives(placement), *_proof(placement)],
+        warnings=_warnings(placement),
         sheets=sheets,
-        document=lambda: _document(study),
+        document=lambda: _document(placement),
         tables=True,
-        landings=_profiles(study),
+        landings=_profiles(placement),
     )
 
 
-def _sensors(study: PlaceStudy) -> tuple[SensorPlace, ...]:
+def _sensors(placement: PlaceStudy) -> tuple[SensorPlace, ...]:
     """Present sensors, then new places."""
-    return (*study.today, *study.places)
+    return (*placement.today, *placement.places)
 
 
-def _profiles(study: PlaceStudy) -> dict[str, ShockProfile]:
+def _profiles(placement: PlaceStudy) -> dict[str, ShockProfile]:
     """The profiles by the names of the landings."""
-    return dict(zip(study.landings, study.profiles, strict=True))
+    return dict(zip(placement.landings, placement.profiles, strict=True))
 
 
-def _warnings(study: PlaceStudy) -> list[str]:
+def _warnings(placement: PlaceStudy) -> list[str]:
     """Landings that could not be computed, points on other bodies, and what the landings share."""
-    refused = causes((name, str(reason)) for name, reason in study.failures)
+    refused = causes((name, str(reason)) for name, reason in placement.failures)
     lines = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
-    present = {sensor.name for sensor in study.today}
+    present = {sensor.name for sensor in placement.today}
     labels: dict[str, None] = {}
-    for profile in study.profiles:
+    for profile in placement.profiles:
         labels |= dict.fromkeys(point.label for point in profile.scene.point)
     elsewhere = [label for label in labels if label not in present]
     if elsewhere:
-        body = study.robot.bodies[study.body].name
+        body = placement.robot.bodies[placement.body].name
         lines.append(f"warning: no place on {body}, so left out: {listed(elsewhere, 6)}")
-    lines += [f"warning: {text}" for text in study.region.warnings]
-    return [*lines, *shared_warnings(_profiles(study), "sensor")]
+    lines += [f"warning: {text}" for text in placement.region.warnings]
+    return [*lines, *shared_warnings(_profiles(placement), "sensor")]
 
 
-def _document(study: PlaceStudy) -> dict[str, Any]:
+def _document(placement: PlaceStudy) -> dict[str, Any]:
     """The entries of the document that are no tables, schema `shockpc.place/2`."""
     return {
-        "robot": {"name": study.robot.name, "file": study.robot.label},
-        "body": study.robot.bodies[study.body].name,
-        "region": study.region.text,
-        **record(study, "combined", "bound", "gap"),
-        "proven": study.complete,
-        "keep": None if study.kept is None else study.kept.name,
-        "apart": study.apart,
+        "robot": {"name": placement.robot.name, "file": placement.robot.label},
+        "body": placement.robot.bodies[placement.body].name,
+        "region": placement.region.text,
+        **record(placement, "combined", "bound", "gap"),
+        "proven": placement.complete,
+        "keep": None if placement.kept is None else placement.kept.name,
+        "apart": placement.apart,
         "landings": [
             {
                 "landing": name,
-                "copc": profile.copc[study.body],
+                "copc": profile.copc[placement.body],
                 **record(profile.health, "error_bound", "warnings"),
                 "scene": profile.scene,
             }
-            for name, profile in _profiles(study).items()
+            for name, profile in _profiles(placement).items()
         ],
-        "failures": [{"landing": name, "reason": str(reason)} for name, reason in study.failures],
+        "failures": [
+            {"landing": name, "reason": str(reason)} for name, reason in placement.failures
+        ],
     }
 
 
-def _places(study: PlaceStudy) -> Sheet:
+def _places(placement: PlaceStudy) -> Sheet:
     """Positions and maximum shocks, whether a sensor is present, and bounds of new places."""
     notes = []
-    if study.combined > (1.0 + 1e-6) * study.least:
+    if placement.combined > (1.0 + 1e-6) * placement.least:
         notes.append(
-            f"among places within 1 % of the optimum, {study.least:.4g}, each has the smallest "
+            f"among places within 1 % of the optimum, {placement.least:.4g}, each has the smallest "
             f"mean over the landings"
         )
-    if len(study.places) > 1:
+    if len(placement.places) > 1:
         notes.append(
-            f"each further place: the best at least {study.apart:.3g} m along x, y or z from the "
-            "places above"
+            f"each further place: the best at least {placement.apart:.3g} m along x, y or z from "
+            "the places above"
         )
-    body = study.robot.bodies[study.body].name
+    body = placement.robot.bodies[placement.body].name
     title = f"places on {body} (in its frame; shock: |Δv| / v_in)"
-    sheet = sheet_of(study.table, title, notes)
+    sheet = sheet_of(placement.table, title, notes)
     rows = [
         (*row, sensor.bound is None, sensor.bound)
-        for row, sensor in zip(sheet.rows, _sensors(study), strict=True)
+        for row, sensor in zip(sheet.rows, _sensors(placement), strict=True)
     ]
     return sheet._replace(header=[*sheet.header, "present", "bound [-]"], rows=rows)
 
 
-def _velocity_changes(study: PlaceStudy) -> Sheet:
+def _velocity_changes(placement: PlaceStudy) -> Sheet:
     """The jump of velocity at each place in each landing."""
     header = ("place", "landing", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]")
     rows: list[Row] = []
-    for sensor in _sensors(study):
+    for sensor in _sensors(placement):
         shocks, jumps = sensor.shocks.tolist(), sensor.delta_v.tolist()
-        for landing, shock, jump in zip(study.landings, shocks, jumps, strict=True):
+        for landing, shock, jump in zip(placement.landings, shocks, jumps, strict=True):
             rows.append((sensor.name, landing, shock, *jump))
     return Sheet("jumps of velocity", header, rows)
 
 
-def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
+def _landings(placement: PlaceStudy, most: int | None = None) -> Sheet:
     """The shock at each place in each landing.
 
     Args:
-        study: the study.
+        placement: the result.
         most: rows to show, those of the largest shock; None for all.
     """
-    sensors = _sensors(study)
+    sensors = _sensors(placement)
     columns = {Heading(sensor.name, sensor.name, "-"): sensor.shocks for sensor in sensors}
-    sheet = Sheet.of("shock in each landing", {"landing": study.landings, **columns})
+    sheet = Sheet.of("shock in each landing", {"landing": placement.landings, **columns})
     largest = np.max([sensor.shocks for sensor in sensors], axis=0)
     return sheet.largest(most, "landing", largest.tolist())
 
 
-def _margins(study: PlaceStudy) -> Sheet:
+def _margins(placement: PlaceStudy) -> Sheet:
     """Peaks along the axes of each sensor with what is left of its range."""
     header = (
         "place",
@@ -177,12 +179,12 @@ def _margins(study: PlaceStudy) -> Sheet:
         *(f"left {axis} [%]" for axis in "xyz"),
     )
     rows: list[Row] = []
-    for sensor in _sensors(study):
+    for sensor in _sensors(placement):
         margin = sensor.margin
         if margin is not None:
             left = (None, None, None) if margin.left is None else margin.left
             rows.append((sensor.name, *margin.peak_g, *left))
-    scene = study.profiles[0].scene
+    scene = placement.profiles[0].scene
     pulse = f"pulse {scene.pulse}"
     conditions = ["at most, for a pulse of any length" if scene.pulse is None else pulse]
     if scene.imu_bandwidth is not None:
@@ -194,57 +196,57 @@ def _margins(study: PlaceStudy) -> Sheet:
     return Sheet(title, header, rows, [note]).known()
 
 
-def _gains(study: PlaceStudy) -> list[str]:
+def _gains(placement: PlaceStudy) -> list[str]:
     """The gain of the best place over each present sensor, in words."""
-    position = study.places[0].position.round(3) + 0.0
+    position = placement.places[0].position.round(3) + 0.0
     best = "the best place, at ({:g}, {:g}, {:g}) m,".format(*position)
-    if not study.today:
-        return [f"{best} sees {study.combined:.3g}"]
+    if not placement.today:
+        return [f"{best} sees {placement.combined:.3g}"]
     lines = []
-    for sensor in study.today:
-        if sensor is study.kept:
+    for sensor in placement.today:
+        if sensor is placement.kept:
             lines.append(
                 f"keep {sensor.name}, which sees {sensor.combined:.3g}: no place is better by more "
-                f"than 1 %; {best} sees {study.combined:.3g}"
+                f"than 1 %; {best} sees {placement.combined:.3g}"
             )
             continue
-        line = f"{sensor.name} sees {sensor.combined:.3g}; {best} sees {study.combined:.3g}"
-        factor = sensor.combined / study.combined if study.combined > 0.0 else np.inf
+        line = f"{sensor.name} sees {sensor.combined:.3g}; {best} sees {placement.combined:.3g}"
+        factor = sensor.combined / placement.combined if placement.combined > 0.0 else np.inf
         if factor < 1e6:
             line += f", a factor of {factor:.3g}"
         lines.append(line)
     return lines
 
 
-def moves_over_drives(study: PlaceStudy) -> bool:
+def moves_over_drives(placement: PlaceStudy) -> bool:
     """True if the best place differs between the ends of the drives.
 
     It differs by more than 1 cm, or its shock by more than 1 %.
     """
-    if any(isinstance(end, ShockError) for end in study.ends.values()):
+    if any(isinstance(end, ShockError) for end in placement.ends.values()):
         return True
-    distance, numbers = _moved(study)
+    distance, numbers = _moved(placement)
     largest = (1.0 + MOVED) * min(numbers)
     return distance > MOST_MOVED or max(numbers) > largest
 
 
-def _moved(study: PlaceStudy) -> tuple[float, list[float]]:
+def _moved(placement: PlaceStudy) -> tuple[float, list[float]]:
     """The largest distance between the best places over the drives [m], and their shocks [1]."""
-    studies = [study, *(end for end in study.ends.values() if isinstance(end, PlaceStudy))]
+    studies = [placement, *(end for end in placement.ends.values() if isinstance(end, PlaceStudy))]
     positions = np.array([end.places[0].position for end in studies])
     distances = np.linalg.norm(positions[:, None] - positions, axis=-1)
     return float(distances.max()), [end.combined for end in studies]
 
 
-def _drives(study: PlaceStudy) -> Sheet:
+def _drives(placement: PlaceStudy) -> Sheet:
     """The best place with the smallest and the largest inertias of the drives.
 
     Beside it are that as modelled, and present sensors.
     """
     header = ("drives", "place", "x [m]", "y [m]", "z [m]", "maximum shock [-]")
-    modelled = study.places[0].position
+    modelled = placement.places[0].position
     rows: list[Row] = []
-    for end, result in study.ends.items():
+    for end, result in placement.ends.items():
         if isinstance(result, ShockError):
             rows.append((end, str(result), None, None, None, None))
             continue
@@ -257,48 +259,50 @@ def _drives(study: PlaceStudy) -> Sheet:
     return Sheet(AT_BOTH, header, rows, [BEYOND])
 
 
-def _over_drives(study: PlaceStudy) -> list[str]:
+def _over_drives(placement: PlaceStudy) -> list[str]:
     """Lines on how the answer depends on the drives."""
-    if not study.ends:
+    if not placement.ends:
         return []
-    if not moves_over_drives(study):
+    if not moves_over_drives(placement):
         return [
             f"drives: from {BETWEEN}, the best place moves by less than 1 cm, and its shock by "
             f"less than 1 %"
         ]
-    distance, numbers = _moved(study)
+    distance, numbers = _moved(placement)
     lines = [
         f"drives: from {BETWEEN}, the best place moves by {100.0 * distance:.2g} cm, and its shock "
         f"is {min(numbers):.3g} to {max(numbers):.3g}"
     ]
-    for end, result in study.ends.items():
+    for end, result in placement.ends.items():
         if isinstance(result, ShockError):
             lines.append(f"with the {end} inertias there is no answer: {result}")
-        elif result.kept is not None and study.kept is None:
+        elif result.kept is not None and placement.kept is None:
             lines.append(
                 f"with the {end} inertias keep {result.kept.name}: no place is better by more than "
                 f"1 %"
             )
-        elif result.kept is None and study.kept is not None:
+        elif result.kept is None and placement.kept is not None:
             present = min(result.today, key=lambda sensor: sensor.combined)
             gain = 100.0 * result.better(present)
             lines.append(
-                f"with the {end} inertias a place is better than {study.kept.name}, by {gain:.2g} %"
+                f"with the {end} inertias a place is better than {placement.kept.name}, by "
+                f"{gain:.2g} %"
             )
     return lines
 
 
-def _proof(study: PlaceStudy) -> list[str]:
+def _proof(placement: PlaceStudy) -> list[str]:
     """The bound of the optimum, and the accuracy of the shocks."""
-    bound = max(profile.health.error_bound for profile in study.profiles)
+    bound = max(profile.health.error_bound for profile in placement.profiles)
     accuracy = f"accuracy of the shock at these places: {proof_text(bound)}"
     slides = []
-    for name, profile in _profiles(study).items():
+    for name, profile in _profiles(placement).items():
         if profile.friction is not None and profile.friction.impact is not None:
             slides.append(name)
     if slides:
         accuracy += f"; with friction, in double precision, where contacts slide: {few(slides, 4)}"
     return [
-        f"optimum: no place {study.region.text} is below {study.bound:.6g} (gap {study.gap:.0e})",
+        f"optimum: no place {placement.region.text} is below {placement.bound:.6g} (gap "
+        f"{placement.gap:.0e})",
         accuracy,
     ]

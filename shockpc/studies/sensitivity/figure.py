@@ -29,17 +29,17 @@ COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
 """Colours of changes that make the number worse, and better; None: neither direction is worse."""
 
 
-def draw_tornado(study: Sensitivity) -> Figure:
+def draw_tornado(sensitivity: Sensitivity) -> Figure:
     """Draw the chart of a study in which some derivative exists."""
-    effects = study.ranked[:MOST_BARS]
-    target = printable(study.target.title, 80)
-    title = f"What changes the {target}: {_landings_text(study)}"
+    effects = sensitivity.ranked[:MOST_BARS]
+    target = printable(sensitivity.target.title, 80)
+    title = f"What changes the {target}: {_landings_text(sensitivity)}"
     figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), title)
     axes = figure.add_subplot()
     for row, effect in enumerate(effects):
-        _draw_bar(axes, study, row, effect.down, solid=False)
-        _draw_bar(axes, study, row, effect.up, solid=True)
-        _write_share(axes, study, row, effect.up)
+        _draw_bar(axes, sensitivity, row, effect.down, solid=False)
+        _draw_bar(axes, sensitivity, row, effect.up, solid=True)
+        _write_share(axes, sensitivity, row, effect.up)
     names = [
         f"{varied_text(effect.parameter, effect.unit)}   +{step_words(effect)}"
         for effect in effects
@@ -47,13 +47,13 @@ def draw_tornado(study: Sensitivity) -> Figure:
     axes.set_yticks(range(len(effects)), names)
     # Rows go down, with the largest effect at the top.
     axes.set_ylim(len(effects) - 0.4, -0.6)
-    axes.axvline(study.value, color=INK, linewidth=0.8)
+    axes.axvline(sensitivity.value, color=INK, linewidth=0.8)
     # Room for the shares beside the longest bar, also where rounding is all that there is.
     largest = max(effect.largest for effect in effects)
-    reach = 1.25 * (max(largest, 1e-9 * abs(study.value)) or 1.0)
-    axes.set_xlim(study.value - reach, study.value + reach)
+    reach = 1.25 * (max(largest, 1e-9 * abs(sensitivity.value)) or 1.0)
+    axes.set_xlim(sensitivity.value - reach, sensitivity.value + reach)
     axes.set_xlabel(
-        f"{target} [{study.target.unit}]; now {study.value:.4g}; effects to first order"
+        f"{target} [{sensitivity.target.unit}]; now {sensitivity.value:.4g}; effects to first order"
     )
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
@@ -61,7 +61,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
     # The colour says better or worse, where the quantity has such a sense; the filling says which
     # of the two opposite changes it is.
     marks = []
-    if study.target.selection.quantity.worse != "neither":
+    if sensitivity.target.selection.quantity.worse != "neither":
         marks.append(Patch(color=COLOURS[True], label="worse"))
         marks.append(Patch(color=COLOURS[False], label="better"))
     given = "change as given, with its effect"
@@ -71,37 +71,39 @@ def draw_tornado(study: Sensitivity) -> Figure:
     return figure
 
 
-def _landings_text(study: Sensitivity) -> str:
+def _landings_text(sensitivity: Sensitivity) -> str:
     """The robot and its landings."""
-    first = study.profiles[0]
+    first = sensitivity.profiles[0]
     name = robot_name(first.robot)
-    if len(study.profiles) == 1:
+    if len(sensitivity.profiles) == 1:
         return f"{name} landing on {printable(contact_name(first.scene), 60)}"
-    over = "mean" if study.mean else "worst"
-    return f"{name}, {count(len(study.profiles), 'landing')}, {over}"
+    over = "mean" if sensitivity.mean else "worst"
+    return f"{name}, {count(len(sensitivity.profiles), 'landing')}, {over}"
 
 
-def _draw_bar(axes: Axes, study: Sensitivity, row: int, change: float, *, solid: bool) -> None:
+def _draw_bar(
+    axes: Axes, sensitivity: Sensitivity, row: int, change: float, *, solid: bool
+) -> None:
     """Draw the bar of a change of the target; none of one that does not exist."""
     if math.isnan(change):
         return
-    colour = COLOURS[study.worse(change)]
+    colour = COLOURS[sensitivity.worse(change)]
     axes.barh(
         row,
         change,
-        left=study.value,
+        left=sensitivity.value,
         height=0.72,
         facecolor=colour if solid else "none",
         edgecolor=colour,
     )
 
 
-def _write_share(axes: Axes, study: Sensitivity, row: int, change: float) -> None:
+def _write_share(axes: Axes, sensitivity: Sensitivity, row: int, change: float) -> None:
     """Write a change of the target in per cent beside the end of its bar."""
     side, shift = ("left", 3.0) if change >= 0.0 else ("right", -3.0)
     axes.annotate(
-        _percent(100.0 * change / study.value),
-        (study.value + change, row),
+        _percent(100.0 * change / sensitivity.value),
+        (sensitivity.value + change, row),
         (shift, 0.0),
         textcoords="offset points",
         ha=side,

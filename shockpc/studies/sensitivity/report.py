@@ -21,111 +21,114 @@ ROWS = 16
 """Rows of the table on a terminal."""
 
 
-def sensitivity_report(study: Sensitivity) -> Report:
+def sensitivity_report(sensitivity: Sensitivity) -> Report:
     """The effects."""
-    landings = dict(zip(study.landings, study.profiles, strict=True))
-    title = study.target.title
-    now = f"{title}: {_with_unit(study)}"
+    landings = dict(zip(sensitivity.landings, sensitivity.profiles, strict=True))
+    title = sensitivity.target.title
+    now = f"{title}: {_with_unit(sensitivity)}"
     if len(landings) > 1:
-        now += f", {_over(study)}; the worst is {study.worst}"
+        now += f", {_over(sensitivity)}; the worst is {sensitivity.worst}"
     picture = Picture(
         "sensitivity",
         f"the largest effects on the {title}",
         "studies.sensitivity.figure:draw_tornado",
-        (study,),
+        (sensitivity,),
     )
 
     def body(full: bool) -> list[Section]:
         sections: list[Section] = [Lines([*shared_lines(landings), ("target", now)])]
-        if study.ranked:
+        if sensitivity.ranked:
             sections.append(picture)
-        sections.append(_table(study, None if full else ROWS))
+        sections.append(_table(sensitivity, None if full else ROWS))
         return sections
 
     sheets: dict[str, Callable[[], Sheet]] = {
-        "sensitivity": lambda: _effects(study),
-        "derivatives": lambda: _derivatives(study),
+        "sensitivity": lambda: _effects(sensitivity),
+        "derivatives": lambda: _derivatives(sensitivity),
     }
-    if study.ends:
-        sheets["drives"] = lambda: _drives(study)
+    if sensitivity.ends:
+        sheets["drives"] = lambda: _drives(sensitivity)
     return Report(
         name="sensitivity",
         title=f"What changes the {title}",
         body=body,
-        closing=_over_drives(study),
+        closing=_over_drives(sensitivity),
         warnings=shared_warnings(landings),
         sheets=sheets,
-        document=lambda: _document(study),
+        document=lambda: _document(sensitivity),
         tables=True,
     )
 
 
-def _with_unit(study: Sensitivity) -> str:
+def _with_unit(sensitivity: Sensitivity) -> str:
     """The number with its unit."""
-    return f"{study.value:.4g} {study.target.unit}".removesuffix(" -")
+    return f"{sensitivity.value:.4g} {sensitivity.target.unit}".removesuffix(" -")
 
 
-def _moves(study: Sensitivity) -> bool:
+def _moves(sensitivity: Sensitivity) -> bool:
     """True if the number, or one of its largest effects, differs between the ends of the drives.
 
     It differs by more than 1 %.
     """
-    for end in study.ends.values():
-        if isinstance(end, ShockError) or not math.isclose(study.value, end.value, rel_tol=MOVED):
+    for end in sensitivity.ends.values():
+        if isinstance(end, ShockError) or not math.isclose(
+            sensitivity.value, end.value, rel_tol=MOVED
+        ):
             return True
         effects = {effect.parameter: effect.up for effect in end.ranked}
-        for effect in study.ranked[:ROWS]:
+        for effect in sensitivity.ranked[:ROWS]:
             at_end = effects.get(effect.parameter)
             if at_end is None or not math.isclose(effect.up, at_end, rel_tol=MOVED):
                 return True
     return False
 
 
-def _over_drives(study: Sensitivity) -> list[str]:
+def _over_drives(sensitivity: Sensitivity) -> list[str]:
     """Lines on how the answer depends on the drives."""
-    if not study.ends:
+    if not sensitivity.ends:
         return []
-    if not _moves(study):
+    if not _moves(sensitivity):
         return [
             f"drives: from {BETWEEN}, neither the number nor any of the largest effects changes by "
             f"more than 1 %"
         ]
     lines = [f"drives: the effects change from {BETWEEN}; {BEYOND}"]
-    studies: dict[str, Sensitivity | ShockError] = {"as modelled": study}
-    for end, result in study.ends.items():
+    studies: dict[str, Sensitivity | ShockError] = {"as modelled": sensitivity}
+    for end, result in sensitivity.ends.items():
         studies[f"{end} inertias"] = result
     for words, result in studies.items():
         if isinstance(result, ShockError):
             lines.append(f"  {words}: none, because {result}")
             continue
-        line = f"  {words}: {study.target.title} {_with_unit(result)}"
+        line = f"  {words}: {sensitivity.target.title} {_with_unit(result)}"
         if result.ranked:
             line += f"; the largest effect is that of {result.ranked[0].parameter}"
         lines.append(line)
     return lines
 
 
-def _drives(study: Sensitivity) -> Sheet:
+def _drives(sensitivity: Sensitivity) -> Sheet:
     """The change by each step as a share of the number, as modelled and at the drives' ends."""
-    name = study.target.selection.name
-    header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in study.ends)]
-    shares = [_shares(study), *map(_shares, study.ends.values())]
+    name = sensitivity.target.selection.name
+    header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in sensitivity.ends)]
+    shares = [_shares(sensitivity), *map(_shares, sensitivity.ends.values())]
     rows: list[Row] = []
-    for effect in study.ranked:
+    for effect in sensitivity.ranked:
         rows.append((effect.parameter, *(share.get(effect.parameter) for share in shares)))
     note = "smallest, largest: the change with the smallest and the largest possible inertias"
-    return Sheet(f"effect on the {study.target.title}, by the drives", header, rows, [note])
+    return Sheet(f"effect on the {sensitivity.target.title}, by the drives", header, rows, [note])
 
 
-def _shares(study: Sensitivity | ShockError) -> dict[str, float]:
+def _shares(sensitivity: Sensitivity | ShockError) -> dict[str, float]:
     """The change by each step as a share of the number, by parameter; none if that is zero."""
-    if isinstance(study, ShockError) or not study.value:
+    if isinstance(sensitivity, ShockError) or not sensitivity.value:
         return {}
-    return {one.parameter: one.up / study.value for one in study.ranked}
+    return {one.parameter: one.up / sensitivity.value for one in sensitivity.ranked}
 
 
-def _over(study: Sensitivity) -> str:
-    return f"{'mean' if study.mean else 'the worst'} of {count(len(study.landings), 'landing')}"
+def _over(sensitivity: Sensitivity) -> str:
+    landings = count(len(sensitivity.landings), "landing")
+    return f"{'mean' if sensitivity.mean else 'the worst'} of {landings}"
 
 
 def step_words(change: Effect) -> str:
@@ -135,14 +138,14 @@ def step_words(change: Effect) -> str:
     return shown_as(change.step, change.unit).removesuffix(" -")
 
 
-def _document(study: Sensitivity) -> dict[str, Any]:
+def _document(sensitivity: Sensitivity) -> dict[str, Any]:
     """The entries of the document that are no tables."""
     return {
-        "target": study.target.name,
-        "unit": study.target.selection.quantity.unit,
-        "worse": study.target.selection.quantity.worse,
-        "over": "mean" if study.mean else "worst",
-        **record(study, "value", "percent"),
+        "target": sensitivity.target.name,
+        "unit": sensitivity.target.selection.quantity.unit,
+        "worse": sensitivity.target.selection.quantity.worse,
+        "over": "mean" if sensitivity.mean else "worst",
+        **record(sensitivity, "value", "percent"),
         "landings": [
             {
                 "landing": name or None,
@@ -151,22 +154,22 @@ def _document(study: Sensitivity) -> dict[str, Any]:
                 "scene": profile.scene,
             }
             for name, value, profile in zip(
-                study.landings, study.values, study.profiles, strict=True
+                sensitivity.landings, sensitivity.values, sensitivity.profiles, strict=True
             )
         ],
     }
 
 
-def _effects(study: Sensitivity) -> Sheet:
+def _effects(sensitivity: Sensitivity) -> Sheet:
     """A row for each effect, the largest first, then those without a derivative, with the reason.
 
     It also has the effects by the drives.
     """
-    sheet = sheet_of(replace(study.table, messages={}))
-    drives = _drives(study)
+    sheet = sheet_of(replace(sensitivity.table, messages={}))
+    drives = _drives(sensitivity)
     at_ends = {row[0]: row[2:] for row in drives.rows}
-    nothing = [None] * len(study.ends)
-    effects = (*study.ranked, *study.refused)
+    nothing = [None] * len(sensitivity.ends)
+    effects = (*sensitivity.ranked, *sensitivity.refused)
     rows: list[Row] = []
     for row, effect in zip(sheet.rows, effects, strict=True):
         head, numbers = row[:4], row[4:]
@@ -177,40 +180,40 @@ def _effects(study: Sensitivity) -> Sheet:
     return sheet._replace(header=header, rows=rows)
 
 
-def _derivatives(study: Sensitivity) -> Sheet:
+def _derivatives(sensitivity: Sensitivity) -> Sheet:
     """The derivative of the number in each landing by each parameter [its unit/unit]."""
-    of_number = study.target.selection.quantity.unit
+    of_number = sensitivity.target.selection.quantity.unit
     rows: list[Row] = []
-    for effect in study.effects:
+    for effect in sensitivity.effects:
         unit = f"{of_number}/{effect.unit}".replace("-/-", "-").replace("-/", "1/")
         values = np.asarray(effect.derivatives).tolist()
-        for name, value in zip(study.landings, values, strict=True):
+        for name, value in zip(sensitivity.landings, values, strict=True):
             rows.append((effect.parameter, name or None, value, unit.removesuffix("/-")))
     return Sheet("derivatives", ("parameter", "landing", "derivative", "unit"), rows)
 
 
-def _table(study: Sensitivity, most: int | None) -> Sheet:
+def _table(sensitivity: Sensitivity, most: int | None) -> Sheet:
     """The effects of one step.
 
     Args:
-        study: the study.
+        sensitivity: the result.
         most: number of rows; None for all.
     """
-    single = len(study.landings) == 1
-    moves = _moves(study)
-    every = _effects(study)
+    single = len(sensitivity.landings) == 1
+    moves = _moves(sensitivity)
+    every = _effects(sensitivity)
     hidden = ["step", "reason"]
     for key in every.keys:
         if key.startswith("error_") or (single and key.startswith("opposite_")):
             hidden.append(key)
     if not moves:
-        hidden += study.ends
+        hidden += sensitivity.ends
     known = every.where(lambda row: row["reason"] is None).without(*hidden)
     if moves:
-        known = known._replace(notes=_drives(study).notes)
+        known = known._replace(notes=_drives(sensitivity).notes)
     sheet = known.largest(most, "parameter", range(len(known.rows), 0, -1))
     opposite = "another landing may become the worst"
-    if single or study.mean:
+    if single or sensitivity.mean:
         opposite = "a change of the opposite sign has the opposite effect"
     notes = [
         "as in sweep: point-mass, com and inertia are added to a link; with its mass the inertia "
@@ -220,20 +223,20 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         f"to first order: {opposite}; the effect of a larger change is not in proportion",
     ]
     notes += sheet.notes
-    shown = study.ranked[: len(sheet.rows)]
+    shown = sensitivity.ranked[: len(sheet.rows)]
     if shown:
-        error = max(study.error(shown), 1e-15)
+        error = max(sensitivity.error(shown), 1e-15)
         notes.append(f"derivatives are differences, with an error of at most {error:.0e} of each")
-    notes += _without_derivative(study)
-    title = f"effect on the {study.target.title}"
+    notes += _without_derivative(sensitivity)
+    title = f"effect on the {sensitivity.target.title}"
     if not single:
-        title += f", {_over(study)}"
+        title += f", {_over(sensitivity)}"
     return sheet._replace(title=title, notes=notes)
 
 
-def _without_derivative(study: Sensitivity) -> list[str]:
+def _without_derivative(sensitivity: Sensitivity) -> list[str]:
     """The parameters without a derivative, by the reason."""
     names: dict[str, list[str]] = {}
-    for effect in study.refused:
+    for effect in sensitivity.refused:
         names.setdefault(effect.reason, []).append(effect.parameter)
     return [f"{listed(some, 4)}: no derivative, because {reason}" for reason, some in names.items()]

@@ -10,6 +10,7 @@ the values to first order.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import chain
 from typing import Annotated, NamedTuple
 
@@ -278,70 +279,66 @@ def sensitivity(
             derivative.
         ShockError: a landing cannot be computed.
     """
-    trace = trace or Trace()
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
     scenes = with_default_landings(scenes, robot)
-    chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
-    if chosen and groups:
+    varied = [variation(robot, subject, values) for subject, values in pairs(vary)]
+    if varied and groups:
         raise StudyError(
             "groups and vary cannot be combined, because a glob in vary is already a group; leave "
             "one of the two out"
         )
-    refuse_repeated(robot, chosen)
-    scenes = {name: prepared(scene, chosen) for name, scene in scenes.items()}
-    cases = {name: (scene, robot) for name, scene in scenes.items()}
-    solved = tuple(profiles(cases, trace).values())
-
-    # The number in each landing. Several that may have either sign are compared by magnitude.
-    text = target_text(target, scenes.values())
-    numbers = [column(profile, text) for profile in solved]
-    number = numbers[0]
-    values = np.array(list(map(_value, solved, numbers)))
-    signs = np.ones(len(values))
-    if len(values) > 1 and number.selection.signed:
-        signs = np.sign(values)
-    compared = _Target(number, signs * values, signs, mean)
-
-    # The parameters of each landing: those that vary, by link or joint, or all.
-    single = [_single(robot, varied) for varied in chosen]
-    of_landings = []
-    for profile in solved:
-        of_landings.append(parameters(profile.landing, list(chain.from_iterable(single))))
-    # Of several landings the first one has a parameter's value.
-    known: dict[str, Parameter] = {}
-    for of_landing in reversed(of_landings):
-        known |= of_landing
-
-    # The derivatives of the number by each parameter, in each landing.
-    slopes = []
-    for profile, of_landing, its_number in zip(solved, of_landings, numbers, strict=True):
-        with trace.stage("derivatives"):
-            slopes.append(slopes_beside(profile, of_landing, its_number))
-
-    # A change moves one parameter, or those of a pattern or group together.
-    changes: list[ParameterChange] = []
-    for varied, parts in zip(chosen, single, strict=True):
-        changes.append(_of_range(varied, parts, known, percent / 100.0))
-    if not chosen:
-        changes = _changes(robot, known, groups, percent)
-    effects = tuple(_effect(change, known, slopes, compared) for change in changes)
-    # Without any derivative there is nothing to rank.
-    depends = any(effect.reason or effect.derivatives.any() for effect in effects)
-    if not chosen and not depends:
-        raise StudyError(
-            f"{number.title} does not change to first order with any parameter here; choose "
-            f"another quantity"
-        )
-    modelled = Sensitivity(tuple(scenes), solved, number, compared.values, mean, percent, effects)
-
+    refuse_repeated(robot, varied)
+    cases = {name: (prepared(scene, varied), robot) for name, scene in scenes.items()}
+    as_modelled = _as_modelled(
+        cases, robot, target, mean, varied, groups, percent, trace or Trace()
+    )
     # The same study, with the drives of its scenes at an end of what they may be.
-    def at_end(others: dict[str, Scene]) -> Sensitivity:
-        return sensitivity(
-            others, target, robot, mean=mean, groups=groups, vary=vary, percent=percent
-        )
+    at_end = partial(
+        sensitivity,
+        target=target,
+        robot=robot,
+        mean=mean,
+        groups=groups,
+        vary=vary,
+        percent=percent,
+    )
+    return replace(as_modelled, ends=at_drive_ends(as_modelled, cases, at_end))
 
-    return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
+
+def _as_modelled(
+    cases: Mapping[str, tuple[Scene, Robot]],
+    robot: Robot,
+    wanted: str | Point,
+    mean: bool,
+    varied: Sequence[Variation],
+    groups: Sequence[str],
+    percent: float,
+    trace: Trace,
+) -> Sensitivity:
+    """The study with the drives as modelled. Args: as of the study; varied, all or none."""
+    solved = tuple(profiles(cases, trace).values())
+    text = target_text(wanted, [scene for scene, _ in cases.values()])
+    target = _target(solved, text, mean)
+    # The links and joints of each pattern.
+    of_patterns = [_single(robot, pattern) for pattern in varied]
+    derivatives = _derivatives(solved, target, list(chain.from_iterable(of_patterns)), trace)
+    # A change moves one parameter, or those of a pattern or group together.
+    known = derivatives.parameters
+    if varied:
+        changes = []
+        for pattern, parts in zip(varied, of_patterns, strict=True):
+            changes.append(_of_range(pattern, parts, known, percent / 100.0))
+    else:
+        changes = _changes(robot, known, groups, percent)
+    effects = tuple(_effect(change, derivatives, target) for change in changes)
+    # Without any derivative there is nothing to rank.
+    if not varied and not any(effect.reason or effect.derivatives.any() for effect in effects):
+        raise StudyError(
+            f"{target.number.title} does not change to first order with any parameter here; "
+            f"choose another quantity"
+        )
+    return Sensitivity(tuple(cases), solved, target.number, target.values, mean, percent, effects)
 
 
 def _worst(target: Column, values: Array) -> int:
@@ -427,16 +424,21 @@ class _Target(NamedTuple):
     """The number in L landings, and what of it is the target.
 
     Attributes:
-        number: the number.
+        numbers: the number in each of them.
         values: (L,) of it; of several landings the magnitudes [its unit].
         signs: (L,) by which numbers are multiplied for that.
         mean: whether the mean is the target, and not the worst.
     """
 
-    number: Column
+    numbers: Sequence[Column]
     values: Array
     signs: Array
     mean: bool
+
+    @property
+    def number(self) -> Column:
+        """The number in the first landing."""
+        return self.numbers[0]
 
     def change(self, step: float, derivatives: Array) -> float:
         """The change of the target by a step, to first order [its unit].
@@ -452,34 +454,64 @@ class _Target(NamedTuple):
         return float(self.values[k] - now + step * derivatives[k])
 
 
-def _effect(
-    change: ParameterChange,
-    known: Mapping[str, Parameter],
-    slopes: Sequence[Mapping[str, Slope]],
-    target: _Target,
-) -> Effect:
-    """The effect of a change on the number in each landing, and on the target.
+def _target(solved: Sequence[ShockProfile], text: str, mean: bool) -> _Target:
+    """The target: the number that a text means, in each landing.
 
-    Args:
-        change: the change.
-        known: the parameters by name.
-        slopes: of each landing, the derivatives of the number by the parameters.
-        target: the number.
+    Raises:
+        StudyError: there is none in a landing, or it is zero.
     """
-    slope = [_slope(change, of_landing) for of_landing in slopes]
-    derivatives = target.signs * [one.value for one in slope]
-    reason = next((one.reason for one in slope if one.reason), "")
+    numbers = [column(profile, text) for profile in solved]
+    values = np.array(list(map(_value, solved, numbers)))
+    # Several numbers that may have either sign are compared by magnitude.
+    signs = np.ones(len(values))
+    if len(values) > 1 and numbers[0].selection.signed:
+        signs = np.sign(values)
+    return _Target(numbers, signs * values, signs, mean)
+
+
+class _Derivatives(NamedTuple):
+    """The derivatives of the number in each landing.
+
+    Attributes:
+        parameters: by name; of several landings the first one has a parameter's value.
+        slopes: of each landing, the derivatives by its parameters.
+    """
+
+    parameters: Mapping[str, Parameter]
+    slopes: Sequence[Mapping[str, Slope]]
+
+
+def _derivatives(
+    solved: Sequence[ShockProfile], target: _Target, varied: Sequence[Variation], trace: Trace
+) -> _Derivatives:
+    """The derivatives of the target's number by what varies, or else by every parameter."""
+    of_landings = [parameters(profile.landing, varied) for profile in solved]
+    known: dict[str, Parameter] = {}
+    for of_landing in reversed(of_landings):
+        known |= of_landing
+    slopes = []
+    for profile, of_landing, number in zip(solved, of_landings, target.numbers, strict=True):
+        with trace.stage("derivatives"):
+            slopes.append(slopes_beside(profile, of_landing, number))
+    return _Derivatives(known, slopes)
+
+
+def _effect(change: ParameterChange, derivatives: _Derivatives, target: _Target) -> Effect:
+    """The effect of a change on the number in each landing, and on the target."""
+    slopes = [_slope(change, of_landing) for of_landing in derivatives.slopes]
+    of_number = target.signs * [slope.value for slope in slopes]
+    reason = next((slope.reason for slope in slopes if slope.reason), "")
     if reason:
-        derivatives = np.full(len(slopes), np.nan)
+        of_number = np.full(len(slopes), np.nan)
     down = math.nan
-    if _is_possible(change, known):
-        down = target.change(-change.step, derivatives)
+    if _is_possible(change, derivatives.parameters):
+        down = target.change(-change.step, of_number)
     return Effect(
         **vars(change),
-        derivatives=read_only(derivatives),
-        error=max(one.error for one in slope),
+        derivatives=read_only(of_number),
+        error=max(slope.error for slope in slopes),
         reason=reason,
-        up=target.change(change.step, derivatives),
+        up=target.change(change.step, of_number),
         down=down,
     )
 
