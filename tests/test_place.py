@@ -15,7 +15,7 @@ import shockpc
 from shockpc.robot.load import load_robot
 from shockpc.robot.shapes.convex import facets, half_spaces
 from shockpc.robot.shapes.geometry import outline
-from shockpc.studies.place.best_first import best_places, box, first_bounds
+from shockpc.studies.place.best_first import best_places, box_faces, first_bounds
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 
@@ -65,9 +65,9 @@ def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, limit):
     assert optimum.value <= brute + TOLERANCE
     assert brute <= optimum.value + slope(found) * reach
     assert optimum.bound <= optimum.value <= optimum.bound + TOLERANCE
-    assert np.all(optimum.place >= low - TOLERANCE)
-    assert np.all(optimum.place <= high + TOLERANCE)
-    assert float(found.at(optimum.place[None])[0]) == pytest.approx(optimum.value, abs=1e-15)
+    assert np.all(optimum.point >= low - TOLERANCE)
+    assert np.all(optimum.point <= high + TOLERANCE)
+    assert float(found.at(optimum.point[None])[0]) == pytest.approx(optimum.value, abs=1e-15)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -90,7 +90,7 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
     assert optimum.value <= brute + TOLERANCE
     assert brute <= optimum.value + 3.0 * slope(found) * reach
     assert optimum.value <= optimum.bound + TOLERANCE
-    assert optimum.place @ normal >= 0.02 - TOLERANCE
+    assert optimum.point @ normal >= 0.02 - TOLERANCE
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -132,7 +132,7 @@ def test_with_one_landing_the_best_place_is_on_the_screw_axis():
         math.hypot(along, 0.3 * np.linalg.norm(omega) / 2.0), abs=TOLERANCE
     )
     # the value is quadratic across the radius
-    np.testing.assert_allclose(optimum.place, axis + 0.3 * aside, atol=1e-5)
+    np.testing.assert_allclose(optimum.point, axis + 0.3 * aside, atol=1e-5)
 
 
 def test_a_body_that_translates_sees_the_same_everywhere():
@@ -153,7 +153,7 @@ def test_many_landings_give_the_optimum_of_all_of_them():
     """Only landings that decide are in a program; the value and the bound hold for all."""
     found, cell = fields(5, 400), ConvexCell(corners([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]))
     optimum = least_shock(found, cell)
-    nearby, reach = lattice(optimum.place - 0.05, optimum.place + 0.05, 30)
+    nearby, reach = lattice(optimum.point - 0.05, optimum.point + 0.05, 30)
     assert optimum.value <= optimum.bound + TOLERANCE
     assert float(found.at(nearby).min()) == pytest.approx(optimum.value, abs=slope(found) * reach)
 
@@ -183,7 +183,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
         for side in (low[k], high[k])
     ]
     best = next(
-        best_places(found, faces, [box(np.array(low), np.array(high)) for low, high in BOXES])
+        best_places(found, faces, [box_faces(np.array(low), np.array(high)) for low, high in BOXES])
     )
     brute, reach = np.inf, 0.0
     for low, high in BOXES:

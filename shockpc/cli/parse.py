@@ -112,7 +112,7 @@ def stiffness(text: str) -> tuple[float, float | None]:
     return span(text) if ":" in text else (finite(text), None)
 
 
-def box(text: str) -> tuple[Vector, Vector]:
+def corners(text: str) -> tuple[Vector, Vector]:
     """The two corners of a box typed as X0:X1,Y0:Y1,Z0:Z1."""
     x, y, z = map(span, _split(text, ",", "-0.1:0.1,-0.05:0.05,0:0.1"))
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])

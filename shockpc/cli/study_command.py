@@ -24,7 +24,17 @@ from shockpc.cli.options import (
     in_output,
 )
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, renaming, setting, span, variable
+from shockpc.cli.parse import (
+    Span,
+    Vector,
+    corners,
+    numbers,
+    pair_of,
+    renaming,
+    setting,
+    span,
+    variable,
+)
 from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.study_inputs import CommandLine, Input, inputs_of
 from shockpc.cli.unused_options import refuse_unasked, refuse_varied
@@ -51,7 +61,7 @@ SINGLE: dict[Any, Parser] = {
     **PARSERS,
     Span: span,
     tuple[float, ...]: numbers,
-    tuple[Vector, Vector]: box,
+    tuple[Vector, Vector]: corners,
 }
 
 

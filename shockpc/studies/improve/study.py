@@ -6,7 +6,8 @@ It is within ranges and constraints.
 import fnmatch
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -141,7 +142,9 @@ class Improvement:
     _repr_html_ = shown_by("studies.improve.report:improve_report")
 
     def __repr__(self) -> str:
-        changed = [f"{one.name} {one.before:.4g} → {one.after:.4g}" for one in self.variables[:4]]
+        changed = []
+        for variable in self.variables[:4]:
+            changed.append(f"{variable.name} {variable.before:.4g} → {variable.after:.4g}")
         return brief(self, *changed)
 
     def moves(self, end: DriveEnd) -> bool:
@@ -274,29 +277,28 @@ def improve(
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
     scenes = with_default_landings(scenes, robot)
-    chosen = list[str]()
+    # What is chosen where nothing was said.
+    chosen: list[str] = []
     if quantity is None:
         quantity = _usual_quantity(robot, scenes.values())
         if not any(scene.point for scene in scenes.values()):
             chosen.append(f"quantity {quantity}")
     scenes = _repeated(scenes, robot, over)
-    repeated = _subjects(robot, over)
     if not vary:
-        vary = _usual_variables(robot, scenes, repeated)
+        vary = _usual_variables(robot, scenes, _subjects(robot, over))
         chosen.append(
             f"variables {few(list(vary), 12)}, the joints that carry the contact, within "
             f"{USUAL_RANGE:g} deg of the landing as given and their limits"
         )
-    both = repeated & _subjects(robot, vary)
-    if both:
-        raise StudyError(
-            f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one"
-        )
-
-    # The cost again for other scenes, those with the drives at an end.
-    def cost_of(scenes: Mapping[str, Scene]) -> ShockCost:
-        return ShockCost(scenes, quantity, vary, robot, keep=keep, ground=not any_ground)
-
+    _refuse_repeated(robot, over, vary)
+    cost_of = partial(
+        ShockCost,
+        quantity=quantity,
+        variables=vary,
+        robot=robot,
+        keep=keep,
+        ground=not any_ground,
+    )
     with trace.stage("landings"):
         cost = cost_of(scenes)
     # Without a worse value there is no worst landing to improve.
@@ -307,37 +309,59 @@ def improve(
         )
     with trace.stage("runs"):
         runs = _runs(cost, starts, seed)
-    best = runs[0].value
+    improvement = _improvement(cost, runs, seed, tuple(chosen), trace)
+    # Drives that vary have no ends.
+    if any(isinstance(varied.kind, OfDrive) for varied in cost.variations):
+        return improvement
+    x = improvement.x
+    before, after = improvement.values
+    cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
+    as_modelled = DriveEnd(before, after, after, x)
+    with trace.stage("ends of the drives"):
+        ends = at_drive_ends(as_modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))
+    return replace(improvement, ends=ends)
+
+
+def _improvement(
+    cost: ShockCost, runs: Sequence[Run], seed: int, chosen: tuple[str, ...], trace: Trace
+) -> Improvement:
+    """The optimum of some runs, the best of which comes first, without the ends of the drives."""
+    best = runs[0]
     # What makes no difference stays as given.
-    x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
+    x = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
     # The runs are in double precision; the numbers that are reported have a proof.
     with trace.stage("proof"):
-        cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
-        before, after = profiles(cases), profiles(cost.cases(x))
-        given, _ = _proven(cost, before)
-        optimum, worst = _proven(cost, after)
-
-    # Drives that vary have no ends.
-    ends: dict[End, DriveEnd | ShockError] = {}
-    if not any(isinstance(varied.kind, OfDrive) for varied in cost.variations):
-        modelled = DriveEnd(given, optimum, optimum, x)
-        with trace.stage("ends of the drives"):
-            ends = at_drive_ends(modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))
+        before = profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()})
+        after = profiles(cost.cases(x))
+        value_before, _ = _proven(cost, before)
+        value_after, worst = _proven(cost, after)
     return Improvement(
         cost=cost,
         x=read_only(x),
         before=before,
         after=after,
-        values=(given, optimum),
+        values=(value_before, value_after),
         worst=worst,
         active=_holding(cost, x),
         variables=_variables(cost, x),
         runs=tuple(run.history for run in runs),
         agreeing=_agreeing(cost, runs),
         seed=seed,
-        chosen=tuple(chosen),
-        ends=ends,
+        chosen=chosen,
     )
+
+
+def _refuse_repeated(robot: Robot, over: Vary, vary: Vary) -> None:
+    """Refuse what is both repeated and a variable.
+
+    Raises:
+        StudyError: there is something.
+    """
+    both = _subjects(robot, over) & _subjects(robot, vary)
+    if both:
+        raise StudyError(
+            f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one"
+        )
 
 
 def _repeated(scenes: Mapping[str, Scene], robot: Robot, over: Vary) -> dict[str, Scene]:
@@ -461,16 +485,16 @@ def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
         x: (n,) the optimum for the drives as modelled.
     """
     cases = {name: (scene, cost.robot) for name, scene in cost.scenes.items()}
-    given, _ = _proven(cost, profiles(cases))
+    before, _ = _proven(cost, profiles(cases))
     there = math.nan
     if cost.feasible(x):
         there, _ = _proven(cost, profiles(cost.cases(x)))
     best = search(cost, [x, cost.x0])[0]
     if not np.isfinite(best.value):
-        return DriveEnd(given, there, math.nan, np.full(len(x), np.nan))
+        return DriveEnd(before, there, math.nan, np.full(len(x), np.nan))
     optimum = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
     value, _ = _proven(cost, profiles(cost.cases(optimum)))
-    return DriveEnd(given, there, value, read_only(optimum))
+    return DriveEnd(before, there, value, read_only(optimum))
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
@@ -534,8 +558,8 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """The effect of each variable at an optimum (n,)."""
-    each = np.eye(len(x), dtype=bool)
-    as_given = cost.worst(np.where(each, cost.given, x))
+    alone = np.eye(len(x), dtype=bool)
+    as_given = cost.worst(np.where(alone, cost.given, x))
     set_back = np.where(np.isnan(cost.given), np.nan, as_given)
     flat_low, flat_high = _flat_range(cost, x)
     low, high = cost.bounds.T
@@ -567,7 +591,7 @@ def _flat_range(cost: ShockCost, x: Array) -> Array:
     With it the target is at most 5 % worse than at an optimum (n,).
     """
     n = len(x)
-    each = np.eye(n, dtype=bool)
+    alone = np.eye(n, dtype=bool)
     target, before = cost.worst(np.stack([x, cost.x0]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before, if there was one.
     nearly_zero = target <= OPTIMUM_TOLERANCE * before < np.inf
@@ -577,7 +601,7 @@ def _flat_range(cost: ShockCost, x: Array) -> Array:
     for _ in range(2):
         # A variable at some shares of its way to a bound, the others at the optimum: (2, n, k, n).
         steps = shares * way[..., None]
-        X = x + steps[..., None] * each[:, None]
+        X = x + steps[..., None] * alone[:, None]
         values = cost.worst(X.reshape(-1, n)).reshape(shares.shape)
         with np.errstate(invalid="ignore"):
             worse = ~(cost.power * (values - target) <= most)

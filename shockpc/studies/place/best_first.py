@@ -25,7 +25,7 @@ Cone programs leave their half-spaces by less.
 """
 
 
-def box(low: Array, high: Array) -> HalfSpaces:
+def box_faces(low: Array, high: Array) -> HalfSpaces:
     """An axis-parallel box by two opposite corners (3,) [m]."""
     return HalfSpaces(np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low]))
 
@@ -63,7 +63,7 @@ def best_places(
             if optimum is not None:
                 heapq.heappush(queue, (max(bound, optimum.bound), next(number), cell, optimum))
             continue
-        around = next((hull for hull in forbidden if hull.depth(optimum.place) > INSIDE), None)
+        around = next((hull for hull in forbidden if hull.depth(optimum.point) > INSIDE), None)
         if around is not None:
             # What of the cell is outside a face of the set, for each face.
             for normal, offset in zip(around.normals, around.offsets, strict=True):
@@ -71,8 +71,8 @@ def best_places(
                 if part is not None:
                     heapq.heappush(queue, (bound, next(number), part, None))
             continue
-        yield Optimum(optimum.place, optimum.value, bound)
-        forbidden.append(box(optimum.place - apart, optimum.place + apart))
+        yield Optimum(optimum.point, optimum.value, bound)
+        forbidden.append(box_faces(optimum.point - apart, optimum.point + apart))
         heapq.heappush(queue, (bound, next(number), cell, optimum))
 
 

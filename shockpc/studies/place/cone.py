@@ -61,12 +61,12 @@ class Optimum(NamedTuple):
     """The point of a convex set with the smallest shock.
 
     Attributes:
-        place: (3,) [m].
+        point: (3,) [m].
         value: the number that points are compared by, at this point [1].
         bound: it is nowhere in the set below this [1].
     """
 
-    place: Array
+    point: Array
     value: float
     bound: float
 

@@ -99,6 +99,19 @@ class _Frame(NamedTuple):
         return x, y, z
 
     @property
+    def across(self) -> float:
+        """Width of the side view and the front view beside it [inches]."""
+        width, depth, _ = self.sides
+        return width + GAP + depth
+
+    def corner(self, view: str) -> tuple[float, float]:
+        """Lower left corner of a view over the lower edge of the page's content [inches]."""
+        width, _, height = self.sides
+        if view == "top":
+            return LEFT, FOOT + height + GAP
+        return (LEFT if view == "side" else LEFT + width + GAP), FOOT
+
+    @property
     def detail(self) -> float:
         """Length below which outlines are not resolved [m]."""
         return self.inch * ROOM / 4000.0
@@ -127,41 +140,23 @@ def draw_place(placement: PlaceStudy) -> Figure:
     The colours are what places are compared by, in the plane through the best place.
     """
     content, frame = _content_and_frame(placement)
-    width, depth, height = frame.sides
-    tables = [_rows(placement)]
-    notes = _notes(placement, len(content.copc))
-    # The column is above the front view, if there is room.
-    column = None
-    if column_height(tables, notes, signs=4) < depth + GAP:
-        column = LEFT + width + 2.0 * GAP
-    right = LEFT + width + GAP
-    page = Page(
-        right + depth, FOOT + height + GAP + depth, _heading(placement), tables, notes, column
-    )
-
+    page = _page(placement, frame, len(content.copc))
     # The edges of a mesh are the same in all views.
     edges: dict[int, Edges] = {}
-    views = {name: _view(placement, content, frame, pair, edges) for name, pair in VIEWS.items()}
-    at_marks = placement.fields.at(content.marks)
+    views = [_view(placement, content, frame, pair, edges) for pair in VIEWS.values()]
     # One scale of colours for all views and marks.
-    shocks = np.concatenate([at_marks, *(view.seen for view in views.values())])
-    levels, colours = shock_levels(float(shocks.min()), float(shocks.max()))
+    at_marks = placement.fields.at(content.marks)
+    shocks = np.concatenate([at_marks, *(view.seen for view in views)])
+    bands = shock_levels(float(shocks.min()), float(shocks.max()))
 
-    corners = {"side": (LEFT, 0.0), "top": (LEFT, height + GAP), "front": (right, 0.0)}
-    for name, view in views.items():
+    for name, view in zip(VIEWS, views, strict=True):
         i, j = VIEWS[name]
-        x, y = corners[name]
         window = Window(frame.low[[i, j]], frame.high[[i, j]], frame.inch)
-        axes = page.picture(
-            x,
-            page.low + FOOT + y,
-            window,
-            "xyz"[i] + "xyz"[j],
-            left=name != "front",
-            bottom=name != "top",
-        )
+        x, y = frame.corner(name)
+        outer = {"left": name != "front", "bottom": name != "top"}
+        axes = page.picture(x, page.low + y, window, "xyz"[i] + "xyz"[j], **outer)
         if not view.region.is_empty:
-            _colour(axes, view, window, frame.detail, levels, colours)
+            _colour(axes, view, window, frame.detail, bands)
         # Cells of the region may overlap; their union has one outline.
         hulls = [projection(cell, view.plane) for cell in content.cells]
         if hulls:
@@ -169,10 +164,22 @@ def draw_place(placement: PlaceStudy) -> Figure:
         _mark(axes, placement, view.plane, Labels(axes, window, view.region), content.copc)
         axes.text(0.02, 0.98, name, fontstyle="italic", va="top", transform=axes.transAxes)
     number = "maximum normalised shock over the landings |Δv| / v_in [-]"
-    across = width + GAP + depth
-    page.bar(LEFT, across, levels, colours, f"{number}, in the plane through place 1")
+    page.bar(LEFT, frame.across, *bands, f"{number}, in the plane through place 1")
     page.key()
     return page.figure
+
+
+def _page(placement: PlaceStudy, frame: _Frame, near: int) -> Page:
+    """The page with its heading, table and notes. Args: near, number of CoPcs in the views."""
+    width, depth, height = frame.sides
+    tables = [_rows(placement)]
+    notes = _notes(placement, near)
+    # The column is above the front view, if there is room.
+    column = None
+    if column_height(tables, notes, signs=4) < depth + GAP:
+        column = LEFT + width + 2.0 * GAP
+    size = LEFT + frame.across, FOOT + height + GAP + depth
+    return Page(*size, _heading(placement), tables, notes, column)
 
 
 def _content_and_frame(placement: PlaceStudy) -> tuple[_Content, _Frame]:
@@ -185,22 +192,28 @@ def _content_and_frame(placement: PlaceStudy) -> tuple[_Content, _Frame]:
     if cells:
         marks = np.concatenate([marks, surface(cells)])
     points = np.concatenate([surface(shapes), marks]) if shapes else marks
-    # CoPcs near the box of the points are in the views.
-    low, high = points.min(axis=0), points.max(axis=0)
-    near = NEARBY_SHARE * max(float((high - low).max()), 1e-6)
-    copc = np.array([profile.copc[placement.body] for profile in placement.profiles])
-    is_near = (copc > low - near) & (copc < high + near)
-    copc = copc[is_near.all(axis=1)]
+    near = NEARBY_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-6)
+    copc = _nearby_copc(placement, points, near)
+    frame = _frame(np.concatenate([points, copc]), 0.15 * near)
+    return _Content(shapes, cells, marks, copc), frame
 
-    points = np.concatenate([points, copc])
+
+def _nearby_copc(placement: PlaceStudy, points: Array, near: float) -> Array:
+    """The CoPcs (m, 3) of the landings at most a distance from the box of points (n, 3) [m]."""
+    copc = np.array([profile.copc[placement.body] for profile in placement.profiles])
+    is_near = (copc > points.min(axis=0) - near) & (copc < points.max(axis=0) + near)
+    return np.asarray(copc[is_near.all(axis=1)])
+
+
+def _frame(points: Array, least: float) -> _Frame:
+    """The box of points (n, 3) with sides of a least length, and the scale of views of it [m]."""
     low = points.min(axis=0)
-    high = np.maximum(points.max(axis=0), low + 0.15 * near)
+    high = np.maximum(points.max(axis=0), low + least)
     x, y, z = high - low
     # Length of an inch of paper: two views and their pads are side by side in the room.
     drawn = ROOM - GAP - 4.0 * PAD
     inch = float(max(x + y, z + y)) / drawn
-    frame = _Frame(low - PAD * inch, high + PAD * inch, inch)
-    return _Content(shapes, cells, marks, copc), frame
+    return _Frame(low - PAD * inch, high + PAD * inch, inch)
 
 
 def _view(
@@ -239,10 +252,13 @@ def _colour(
     view: _View,
     window: Window,
     detail: float,
-    levels: list[float],
-    colours: list[str],
+    bands: tuple[list[float], list[str]],
 ) -> None:
-    """Draw the outline of the body, filled with the colours of its shocks."""
+    """Draw the outline of the body, filled with the colours of its shocks.
+
+    Args: bands, limits of shock and colours.
+    """
+    levels, colours = bands
     edge = outlined(axes, view.region, detail, edgecolor=INK, linewidth=0.7, zorder=2.0)
     shades = [colours[0], *colours]
     extend: Any = "min"

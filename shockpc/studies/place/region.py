@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.convex import LARGEST_COORDINATE, HalfSpaces, Shape, facets, half_spaces
 from shockpc.robot.shapes.geometry import GeometryKind, outline
-from shockpc.studies.place.best_first import box
+from shockpc.studies.place.best_first import box_faces
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.text.errors import StudyError
 
@@ -63,41 +63,49 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
     kind = next((kind for kind in kinds if outline(robot, kind).shapes[body]), kinds[0])
     geometry = outline(robot, kind)
     shapes = geometry.shapes[body]
-    extent = _extent(shapes) if shapes else limits
-    if extent is None or (surface and not shapes):
+    if not shapes and (surface or limits is None):
         raise StudyError(
             f'body "{name}" has no geometry, so there is no place on it; give a box with --within'
         )
-    if limits is not None:
-        _refuse_apart(limits, extent, name)
+    if shapes and limits is not None:
+        _refuse_apart(limits, _extent(shapes), name)
+    if surface:
+        region = _surface_of(shapes, f"{kind} geometry of {name}", limits)
+        return region._replace(warnings=geometry.warnings)
     # A box is the region, whatever the geometry.
-    if limits is not None and not surface:
+    if limits is not None:
         corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
         text = f"in the box {_box_text(limits)} of {name}"
         return Region(text, (ConvexCell(corners),), (), _size(limits), True, ())
-    if not surface:
-        pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
-        if any(shape.mesh is not None for shape in shapes):
-            pieces += ", a mesh as its convex hull"
-        text = f"inside the {kind} geometry of {name} ({pieces})"
-        hulls = tuple(ConvexCell(shape.points, shape.rounding) for shape in shapes)
-        return Region(text, hulls, (), _size(extent), True, geometry.warnings)
+    pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
+    if any(shape.mesh is not None for shape in shapes):
+        pieces += ", a mesh as its convex hull"
+    text = f"inside the {kind} geometry of {name} ({pieces})"
+    hulls = tuple(ConvexCell(shape.points, shape.rounding) for shape in shapes)
+    return Region(text, hulls, (), _size(_extent(shapes)), True, geometry.warnings)
 
-    # The surface of one shape inside of another one is no surface of the body.
-    smallest = MARKER * _size(extent)
-    solid = [shape for shape in shapes if _size(_extent([shape])) > smallest]
+
+def _surface_of(
+    shapes: Sequence[Shape], geometry: str, limits: tuple[Array, Array] | None
+) -> Region:
+    """The surface of some shapes, only that within a box if there is one.
+
+    The surface of one shape inside of another one is no surface of the body.
+    """
+    size = _size(_extent(shapes))
+    solid = [shape for shape in shapes if _size(_extent([shape])) > MARKER * size]
     cells: list[ConvexCell] = []
     for shape in solid:
         cells += [ConvexCell(corners) for corners in facets(shape)]
-    parts = f"{len(cells)} facets"
+    within = ""
     # A box cuts the facets, and then sets the size of the region.
     if limits is not None:
         cells = _cut(cells, limits)
-        extent = limits
-        parts = f"{len(cells)} facets, within {_box_text(limits)}"
-    text = f"on the surface of the {kind} geometry of {name} ({parts})"
+        size = _size(limits)
+        within = f", within {_box_text(limits)}"
+    text = f"on the surface of the {geometry} ({len(cells)} facets{within})"
     outside = tuple(hull for hull in map(half_spaces, solid) if hull is not None)
-    return Region(text, tuple(cells), outside, _size(extent), False, geometry.warnings)
+    return Region(text, tuple(cells), outside, size, False, ())
 
 
 def _extent(shapes: Sequence[Shape]) -> tuple[Array, Array]:
@@ -128,7 +136,7 @@ def _size(limits: tuple[Array, Array]) -> float:
 
 def _cut(cells: Sequence[ConvexCell], limits: tuple[Array, Array]) -> list[ConvexCell]:
     """The parts of cells that are in a box."""
-    faces = box(*limits)
+    faces = box_faces(*limits)
     parts = []
     for cell in cells:
         part: ConvexCell | None = cell

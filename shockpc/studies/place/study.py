@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from shockpc.landing.scenes.scene_fields import SOFT, Option
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
-from shockpc.studies.place.best_first import best_places, box
+from shockpc.studies.place.best_first import best_places, box_faces
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.region import Box, Region, region_of
@@ -51,7 +52,7 @@ of them tell these apart.
 """
 
 
-class Margin(NamedTuple):
+class AxisPeaks(NamedTuple):
     """Peaks of a pulse along the axes of a sensor, and what is left of its range.
 
     Attributes:
@@ -84,7 +85,7 @@ class SensorPlace(NamedTuple):
     combined: float
     delta_v: Array
     bound: float | None
-    margin: Margin | None
+    margin: AxisPeaks | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,23 +260,39 @@ def place(
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
-    named = named_scenes(landings)
-    robot = robot or common_robot(named)
-    named = _varied(with_default_landings(named, robot), robot, vary)
-    for scene in named.values():
+    scenes = named_scenes(landings)
+    robot = robot or common_robot(scenes)
+    scenes = _varied(with_default_landings(scenes, robot), robot, vary)
+    for scene in scenes.values():
         refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
-    apart = max(region.size / 10.0, NEAREST)
-    cases = {name: (scene, robot) for name, scene in named.items()}
-    profiles, failures = _profiles(cases, progress(len(cases)))
+    cases = {name: (scene, robot) for name, scene in scenes.items()}
+    as_modelled = _as_modelled(cases, robot, i, region, alternatives, progress(len(cases)))
+    # The same study, with the drives of its scenes at an end of what they may be.
+    at_end = partial(place, robot=robot, body=body, within=within, surface=surface, alternatives=0)
+    return replace(as_modelled, ends=at_drive_ends(as_modelled, cases, at_end))
+
+
+def _as_modelled(
+    cases: Mapping[str, tuple[Scene, Robot]],
+    robot: Robot,
+    body: int,
+    region: Region,
+    alternatives: int,
+    progress: Callable[[str], None],
+) -> PlaceStudy:
+    """The study with the drives as modelled. Args: as of the study and its result."""
+    profiles, failures = _profiles(cases, progress)
     computed = tuple(profiles.values())
-    fields = _fields(computed, i)
+    fields = _fields(computed, body)
+    apart = max(region.size / 10.0, NEAREST)
     optima, smallest = _optima(fields, region, alternatives, apart, by_mean=_nested(computed))
-    today, places = _sensor_places(robot, i, named.values(), computed, fields, optima)
-    modelled = PlaceStudy(
+    points = _points(scene for scene, _ in cases.values())
+    today, places = _sensor_places(robot, body, points, computed, fields, optima)
+    return PlaceStudy(
         robot=robot,
-        body=i,
+        body=body,
         region=region,
         landings=tuple(profiles),
         profiles=computed,
@@ -288,11 +305,6 @@ def place(
         apart=apart,
         failures=failures,
     )
-
-    def at_end(scenes: dict[str, Scene]) -> PlaceStudy:
-        return place(scenes, robot, body=body, within=within, surface=surface, alternatives=0)
-
-    return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
 
 
 def _varied(scenes: dict[str, Scene], robot: Robot, vary: Vary) -> dict[str, Scene]:
@@ -379,10 +391,10 @@ def _of_smallest_mean(fields: Fields, region: Region, number: int, apart: float)
         if smallest is None:
             break
         nearly_equal = fields._replace(limit=(1.0 + EQUAL) * smallest.value)
-        point = next(best_places(nearly_equal, region.cells, outside), smallest).place
+        point = next(best_places(nearly_equal, region.cells, outside), smallest).point
         (value,) = fields.at(point[None]).tolist()
         optima.append(Optimum(point, value, smallest.bound))
-        outside.append(box(point - apart, point + apart))
+        outside.append(box_faces(point - apart, point + apart))
     return optima
 
 
@@ -406,35 +418,34 @@ def _points(scenes: Iterable[Scene]) -> tuple[Point, ...]:
 def _sensor_places(
     robot: Robot,
     body: int,
-    scenes: Iterable[Scene],
+    points: Sequence[Point],
     profiles: Sequence[ShockProfile],
     fields: Fields,
     optima: Sequence[Optimum],
 ) -> tuple[tuple[SensorPlace, ...], tuple[SensorPlace, ...]]:
     """The body's present sensors, and the places of optima, with their proven numbers."""
-    named = point_places(robot, _points(scenes))
-    today = [place for place in named if place.body == body]
-    points = []
+    today = [place for place in point_places(robot, points) if place.body == body]
+    new_points = []
     for optimum in optima:
-        x, y, z = optimum.place.tolist()
-        points.append(Point(frame=robot.bodies[body].name, offset=(x, y, z)))
-    new = [point_place(robot, point) for point in points]
-    shocks, delta_v = _proven(profiles, [*today, *new], points)
-    names = [place.name for place in today]
-    names += map(_rank, range(len(new)))
-    bounds = [None] * len(today) + [optimum.bound for optimum in optima]
-    sensors = [
-        SensorPlace(
-            name=names[k],
-            position=place.r,
-            shocks=shocks[k],
-            combined=float(fields.combined(shocks[k])),
-            delta_v=delta_v[k],
-            bound=bounds[k],
-            margin=_margin(delta_v[k], profiles),
+        x, y, z = optimum.point.tolist()
+        new_points.append(Point(frame=robot.bodies[body].name, offset=(x, y, z)))
+    places = [*today, *(point_place(robot, point) for point in new_points)]
+    shocks, delta_v = _proven(profiles, places, new_points)
+    names = [*(place.name for place in today), *map(_rank, range(len(optima)))]
+    bounds = [*[None] * len(today), *(optimum.bound for optimum in optima)]
+    sensors = []
+    for k, place in enumerate(places):
+        sensors.append(
+            SensorPlace(
+                name=names[k],
+                position=place.r,
+                shocks=shocks[k],
+                combined=float(fields.combined(shocks[k])),
+                delta_v=delta_v[k],
+                bound=bounds[k],
+                margin=_axis_peaks(delta_v[k], profiles),
+            )
         )
-        for k, place in enumerate([*today, *new])
-    ]
     return tuple(sensors[: len(today)]), tuple(sensors[len(today) :])
 
 
@@ -463,7 +474,7 @@ def _proven(
     return np.array(shocks).T, np.array(delta_v).swapaxes(0, 1)
 
 
-def _margin(delta_v: Array, profiles: Sequence[ShockProfile]) -> Margin | None:
+def _axis_peaks(delta_v: Array, profiles: Sequence[ShockProfile]) -> AxisPeaks | None:
     """Peaks along the axes of a sensor, and what is left of its range.
 
     They are for the scenes' pulses and bandwidths.
@@ -490,7 +501,7 @@ def _margin(delta_v: Array, profiles: Sequence[ShockProfile]) -> Margin | None:
         return None
     peaks = delta_v * (scales / GRAVITY)[:, None]
     largest = np.abs(peaks).max(axis=0)
-    return Margin(largest, 1.0 - largest / min(ranges) if ranges else None)
+    return AxisPeaks(largest, 1.0 - largest / min(ranges) if ranges else None)
 
 
 def _rank(k: int) -> str:
