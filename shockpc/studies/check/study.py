@@ -8,9 +8,10 @@ midpoint of a proven enclosure. That takes milliseconds.
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from shockpc.studies.check.design_record import design_changes
 from shockpc.studies.check.outcome import Check, Outcome
 from shockpc.studies.check.plan import Planned, plan
 from shockpc.studies.check.rerun import rerun_command
-from shockpc.studies.check.verdict import Compared, Verdict, verdict_of
+from shockpc.studies.check.verdict import BudgetedNumber, Verdict, verdict_of
 from shockpc.text.arguments import checked
 from shockpc.text.errors import ShockError, StudyError, traces
 from shockpc.text.printed import few, printable
@@ -61,58 +62,95 @@ def check_budgets(
             baseline is of another scene, or every budget needs a baseline and there is none. A
             landing that has no solution is no error: its outcomes say why.
     """
-    if not isinstance(given, Budgets):
-        given = read_budgets(Path(given))
+    budgets = given if isinstance(given, Budgets) else read_budgets(Path(given))
     if baseline is None and not renewing:
-        baseline = given.baseline
+        baseline = budgets.baseline
     if baseline is not None and not isinstance(baseline, Baseline):
         baseline = read_baseline(Path(baseline))
     if baseline is None and not renewing:
-        _refuse_without_limits(given)
+        _refuse_without_limits(budgets)
     # Filled by `plan`: the cases, with which those of the baseline are compared.
     records: dict[str, Any] = {}
-    planned = list(plan(given, baseline, records))
+    planned = list(plan(budgets, baseline, records))
     seconds: dict[str, float] = {}
     results = _results(planned, progress(len(planned)), seconds)
 
-    # The outcomes of each landing, and its warnings.
-    defects = traces(results)
-    outcomes: list[Outcome] = []
-    warnings: list[str] = []
-    profiles: dict[str, ShockProfile] = {}
+    of_landings = []
     for landing, result in zip(planned, results, strict=True):
-        name = landing.case.name
-        designs = None
-        if isinstance(result, ShockProfile):
-            profiles.setdefault(name, result)
-            warnings += [_warning(name, str(warning)) for warning in result.health.warnings]
-            if landing.designs is not None:
-                designs = landing.designs.table
-                defects += designs.defects
-                warnings += _gaining(name, designs)
-        outcomes += _outcomes(given, baseline, landing, result, designs)
-    # What holds for all landings together.
-    bounds = [result.proof.bounds.max() for result in results if isinstance(result, ShockProfile)]
+        of_landings.append(_of_landing(budgets, baseline, landing, result))
+    outcomes = tuple(chain.from_iterable(landing.outcomes for landing in of_landings))
     # What changed since the baseline explains numbers that moved.
     changes = _changes(baseline, records)
     notes = [
         *_change_notes(changes, outcomes),
         *_remedies(outcomes),
-        *_omissions(given, records, compared=baseline is not None or renewing),
-        *warnings,
+        *_omissions(budgets, records, compared=baseline is not None or renewing),
+        *chain.from_iterable(landing.warnings for landing in of_landings),
     ]
     return Check(
-        path=given.path,
-        outcomes=tuple(outcomes),
+        path=budgets.path,
+        outcomes=outcomes,
         cases=records,
         changes=changes,
         landings=len(planned),
-        error_bound=float(max(bounds, default=0.0)),
+        error_bound=_error_bound(results),
         notes=tuple(dict.fromkeys(notes)),
-        profiles=profiles,
-        defects=tuple(defects),
+        profiles=_first_profiles(planned, results),
+        defects=(
+            *traces(results),
+            *chain.from_iterable(landing.defects for landing in of_landings),
+        ),
         seconds=seconds,
     )
+
+
+class _OfLanding(NamedTuple):
+    """What a landing contributes to a check.
+
+    Attributes:
+        outcomes: of its budgets.
+        warnings: of it.
+        defects: descriptions of unexpected exceptions in landings of random designs.
+    """
+
+    outcomes: tuple[Outcome, ...]
+    warnings: tuple[str, ...]
+    defects: tuple[str, ...]
+
+
+def _of_landing(
+    budgets: Budgets, baseline: Baseline | None, planned: Planned, result: ShockProfile | ShockError
+) -> _OfLanding:
+    """The outcomes and warnings of a landing from its profile, or from why there is none."""
+    name = planned.case.name
+    designs = None
+    defects: tuple[str, ...] = ()
+    warnings: list[str] = []
+    if isinstance(result, ShockProfile):
+        warnings += [_warning(name, str(warning)) for warning in result.health.warnings]
+        if planned.designs is not None:
+            designs = planned.designs.table
+            defects = tuple(designs.defects)
+            warnings += _gaining(name, designs)
+    outcomes = tuple(_outcomes(budgets, baseline, planned, result, designs))
+    return _OfLanding(outcomes, tuple(warnings), defects)
+
+
+def _error_bound(results: Iterable[ShockProfile | ShockError]) -> float:
+    """The largest bound on rounding of some landings; 0 without any result."""
+    bounds = [result.proof.bounds.max() for result in results if isinstance(result, ShockProfile)]
+    return float(max(bounds, default=0.0))
+
+
+def _first_profiles(
+    planned: Sequence[Planned], results: Sequence[ShockProfile | ShockError]
+) -> dict[str, ShockProfile]:
+    """The first profile of each case, by its name."""
+    profiles: dict[str, ShockProfile] = {}
+    for landing, result in zip(planned, results, strict=True):
+        if isinstance(result, ShockProfile):
+            profiles.setdefault(landing.case.name, result)
+    return profiles
 
 
 def _changes(baseline: Baseline | None, records: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
@@ -124,9 +162,9 @@ def _changes(baseline: Baseline | None, records: Mapping[str, Any]) -> dict[str,
     return changes
 
 
-def _refuse_without_limits(given: Budgets) -> None:
+def _refuse_without_limits(budgets: Budgets) -> None:
     """Refuse budgets of which each needs a baseline."""
-    if all(budget.max is None and budget.min is None for budget in given.budgets):
+    if all(budget.max is None and budget.min is None for budget in budgets.budgets):
         raise StudyError(
             "all budgets have only a baseline_tolerance, and there is no baseline to compare with; "
             "name it with "
@@ -158,7 +196,7 @@ def _results(
 
 
 def _outcomes(
-    given: Budgets,
+    budgets: Budgets,
     baseline: Baseline | None,
     planned: Planned,
     result: ShockProfile | ShockError,
@@ -167,37 +205,35 @@ def _outcomes(
     """The outcomes of one landing.
 
     Args:
-        given: the budgets.
+        budgets: all of them.
         baseline: numbers of an earlier design.
         planned: the landing.
         result: its profile, or why there is none.
         designs: the landings of random designs, if a budget has a percentile.
     """
     for k, places in planned.places.items():
-        budget = given.budgets[k]
+        budget = budgets.budgets[k]
         sampled = budget.percentile is not None
         numbers, missing = _numbers(budget, places, result, designs)
-        for place, number in zip(places, numbers, strict=True):
+        for place, value in zip(places, numbers, strict=True):
             key = OutcomeKey(planned.case.name, planned.angle, place.name, budget.metric)
             before = None
             if baseline is not None and not sampled:
                 before = baseline.values.get(key)
-            value = None
             verdict = Verdict("not computed", missing)
-            if isinstance(result, ShockProfile) and not math.isnan(number):
-                value = number
-                compared = Compared(budget, place, value, before)
-                verdict = verdict_of(compared, result, planned.case.vary, baseline)
+            if isinstance(result, ShockProfile) and not math.isnan(value):
+                number = BudgetedNumber(budget, place, value, before)
+                verdict = verdict_of(number, result, planned.case.vary, baseline)
             command = ""
-            if given.path is not None:
-                command = rerun_command(given.path, planned, budget, place)
+            if budgets.path is not None:
+                command = rerun_command(budgets.path, planned, budget, place)
             yield Outcome(
                 case=planned.case.name,
                 strike_angle_deg=planned.angle,
                 at=place.name,
                 budget=budget,
-                line=given.lines[k] if given.lines else None,
-                value=value,
+                line=budgets.lines[k] if budgets.lines else None,
+                value=None if math.isnan(value) else value,
                 baseline=before,
                 command=command,
                 **verdict._asdict(),
@@ -229,20 +265,20 @@ def _numbers(
     return numbers, missing
 
 
-def _omissions(given: Budgets, records: Mapping[str, Any], compared: bool) -> Iterator[str]:
+def _omissions(budgets: Budgets, records: Mapping[str, Any], compared: bool) -> Iterator[str]:
     """Notes on what was not checked.
 
     Args:
-        given: cases and budgets.
+        budgets: with their cases.
         records: the cases that have a budget, by name.
         compared: whether there is a baseline, or the numbers become one.
     """
-    for case in given.cases:
+    for case in budgets.cases:
         if case.name not in records:
             yield f'case "{printable(case.name)}" has no budget'
-    if any(budget.percentile is not None for budget in given.budgets):
+    if any(budget.percentile is not None for budget in budgets.budgets):
         yield "percentiles are of random designs in double precision"
-    if not compared and any(budget.baseline_tolerance for budget in given.budgets):
+    if not compared and any(budget.baseline_tolerance for budget in budgets.budgets):
         yield (
             "without a baseline no baseline_tolerance was checked; name it with --baseline, or in "
             "the budgets' file"

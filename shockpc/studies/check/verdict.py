@@ -15,7 +15,7 @@ SIDES = ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater"))
 """Sides of a baseline: sign, name, sign in texts, and the metrics for which that side is better."""
 
 
-class Compared(NamedTuple):
+class BudgetedNumber(NamedTuple):
     """A number with its budget.
 
     Attributes:
@@ -43,7 +43,7 @@ class Verdict(NamedTuple):
 
 
 def verdict_of(
-    compared: Compared,
+    number: BudgetedNumber,
     profile: ShockProfile,
     vary: Sequence[DesignVariation],
     baseline: Baseline | None,
@@ -51,23 +51,23 @@ def verdict_of(
     """Compare a number with its limits for all drives, and as modelled with what a baseline allows.
 
     Args:
-        compared: the number.
+        number: the number.
         profile: its landing.
         vary: what varies in the designs of the case.
         baseline: numbers of an earlier design.
     """
-    budget = compared.budget
+    budget = number.budget
     limited = budget.max is not None or budget.min is not None
-    beyond_limits = _beyond_limits(budget, compared.value)
-    reasons = [*beyond_limits, *_beyond_baseline(compared, baseline)]
-    over_drives = _range(compared, profile, vary) if limited else None
+    beyond_limits = _beyond_limits(budget, number.value)
+    reasons = [*beyond_limits, *_beyond_baseline(number, baseline)]
+    over_drives = _range(number, profile, vary) if limited else None
     ends: tuple[float | None, float | None, str] = (None, None, "")
     if over_drives is not None:
         ends = over_drives
         # A change against the baseline for the worse is one whatever the drives.
         only_limits = reasons == beyond_limits
         if only_limits and over_drives.meets(budget.min, budget.max) is None:
-            joints = deciding_joints(profile, budget.selection, compared.place)
+            joints = deciding_joints(profile, budget.selection, number.place)
             reason = f"{_undecided(budget, over_drives)}; {deciding_text(joints)}"
             return Verdict("undecided", reason, *ends, tuple(joints))
     if reasons:
@@ -78,14 +78,14 @@ def verdict_of(
 
 
 def _range(
-    compared: Compared, profile: ShockProfile, vary: Sequence[DesignVariation]
+    number: BudgetedNumber, profile: ShockProfile, vary: Sequence[DesignVariation]
 ) -> Range | None:
     """The range of a number over the drives.
 
     Of a percentile it is that of the design as it is, in proportion. Random designs whose drives
     vary have them, so that their percentile has no range besides.
     """
-    budget, place, value, _ = compared
+    budget, place, value, _ = number
     of_design = range_of(profile, budget.selection, place)
     if of_design is None or budget.percentile is None:
         return of_design
@@ -131,21 +131,21 @@ def _beyond_limits(budget: Budget, value: float) -> list[str]:
     return excesses
 
 
-def _beyond_baseline(compared: Compared, baseline: Baseline | None) -> list[str]:
+def _beyond_baseline(number: BudgetedNumber, baseline: Baseline | None) -> list[str]:
     """The changes against a baseline that a budget does not allow."""
-    budget, before = compared.budget, compared.before
+    budget, before = number.budget, number.before
     if budget.baseline_tolerance is None or baseline is None or before is None:
         return []
     unit = _unit(budget)
-    value = six_digits(compared.value)
+    value = six_digits(number.value)
     margin = budget.margin(before, baseline.largest(budget.metric))
     excesses = []
     for sign, word, plus, better in SIDES:
         limit = before + sign * margin
         if budget.worse != better and sign * value > sign * limit:
             allowed = f"the baseline {before:.6g} {plus} {budget.baseline_tolerance}"
-            number = f"{_digits(value, limit)}{unit}"
-            excesses.append(f"{number} is {word} {limit:.6g}{unit}, which is {allowed}")
+            text = f"{_digits(value, limit)}{unit}"
+            excesses.append(f"{text} is {word} {limit:.6g}{unit}, which is {allowed}")
     return excesses
 
 
