@@ -9,7 +9,7 @@ from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic, warn
-from shockpc.text.errors import ShockError, attempt
+from shockpc.text.errors import ShockError, attempt, traces
 from shockpc.text.trace import Trace
 
 
@@ -49,6 +49,28 @@ def _warnings(results: Iterable[ShockProfile | ShockError]) -> Iterator[Diagnost
     for result in results:
         if isinstance(result, ShockProfile):
             yield from result.health.warnings
+
+
+def profiles_and_failures(
+    cases: Mapping[str, tuple[Scene, Robot]],
+    trace: Trace | None = None,
+    done: Callable[[str], object] = str,
+) -> tuple[dict[str, ShockProfile], dict[str, ShockError]]:
+    """The profiles of landings by name, as `proven`, and why there are none of others.
+
+    Raises:
+        ShockError: there is none at all; the error is the first one, or one in shockpc itself.
+    """
+    computed: dict[str, ShockProfile] = {}
+    failures: dict[str, ShockError] = {}
+    for name, result in proven(cases, None, trace, done).items():
+        if isinstance(result, ShockError):
+            failures[name] = result
+        else:
+            computed[name] = result
+    if not computed:
+        raise max(failures.values(), key=lambda failure: bool(traces([failure])))
+    return computed, failures
 
 
 def profiles(

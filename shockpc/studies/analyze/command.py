@@ -1,7 +1,7 @@
 """`shockpc analyze`: from a robot file to a table and a figure."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,11 +57,9 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.landing.scenes.scene_file import scene_text
-        from shockpc.quantities.shock_profile import ShockProfile
         from shockpc.studies.analyze.closing import accuracy_line
         from shockpc.studies.analyze.report import analyze_report
-        from shockpc.text.errors import ShockError, traces
+        from shockpc.text.errors import traces
     loaded, scenes = scenes_from(robot, options, trace)
     # Names are checked before the landings are computed, which takes longer.
     for pattern in live:
@@ -70,34 +68,21 @@ def analyze(
     bodies: set[int] = set()
     for pattern in body:
         bodies.update(loaded.match_bodies(pattern))
-    files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     names = file_names(scenes)
-    results = _results(names, scenes, loaded, trace)
-    profiles: dict[str, ShockProfile] = {}
-    failures: dict[str, ShockError] = {}
-    for name, result in results.items():
-        if isinstance(result, ShockError):
-            failures[name] = result
-        else:
-            profiles[name] = result
-    if not profiles:
-        # the first, or an error in shockpc itself
-        raise max(failures.values(), key=lambda failure: bool(traces([failure])))
-    saved = {}
-    for name, file in zip(names, files, strict=False):  # no files without --save-scene
-        if name in profiles:
-            saved[file] = scene_text(profiles[name].scene, file.parent)
+    files = {}
+    if save_scene is not None:
+        files = dict(zip(names, scene_files(scenes, save_scene, force), strict=True))
+    profiles, failures = _results(names, scenes, loaded, trace)
     remarks = []
     if output.out is not None or output.format in ("table", "markdown"):
-        first = next(iter(profiles.values()))
-        remarks = _remarks(first, scenes, trace)
+        remarks = _remarks(next(iter(profiles.values())), scenes, trace)
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
         report = analyze_report(
             profiles, sorted(bodies) or None, spectrum, all_, failures, remarks, live
         )
-        emit(report, output, saved)
+        emit(report, output, _scene_texts(profiles, files))
     if explain:
         lines = [f"{accuracy_line(profile)}\n" for profile in profiles.values()]
         sys.stderr.write(trace.text() + "".join(lines))
@@ -148,16 +133,29 @@ def _refuse_without_effect(
 
 def _results(
     names: Sequence[str], scenes: "Sequence[Scene]", robot: "Robot", trace: "Trace"
-) -> "dict[str, ShockProfile | ShockError]":
-    """Each landing by its name, or why there is none."""
+) -> "tuple[dict[str, ShockProfile], dict[str, ShockError]]":
+    """The landings by name, and why others could not be computed."""
     if len(scenes) == 1:  # which is not worth the import of what computes many
         from shockpc.profile import shock_profile
 
-        return {names[0]: shock_profile(scenes[0], robot, trace)}
-    from shockpc.evaluation.profiles import proven
+        return {names[0]: shock_profile(scenes[0], robot, trace)}, {}
+    from shockpc.evaluation.profiles import profiles_and_failures
 
     cases = {name: (scene, robot) for name, scene in zip(names, scenes, strict=True)}
-    return proven(cases, None, trace)
+    return profiles_and_failures(cases, trace)
+
+
+def _scene_texts(
+    profiles: "Mapping[str, ShockProfile]", files: Mapping[str, Path]
+) -> dict[Path, str]:
+    """The texts of the scenes of landings by the files to which they are saved."""
+    from shockpc.landing.scenes.scene_file import scene_text
+
+    texts = {}
+    for name, file in files.items():
+        if name in profiles:
+            texts[file] = scene_text(profiles[name].scene, file.parent)
+    return texts
 
 
 def _remarks(
@@ -173,10 +171,10 @@ def _remarks(
     from shockpc.text.errors import ShockError
 
     remarks: list[tuple[str, str]] = []
-    of_feet = whole_feet(profile.landing)
-    if of_feet is not None:
+    on_feet = whole_feet(profile.landing)
+    if on_feet is not None:
         with trace.stage("landing on whole feet"), suppress(ShockError):
-            text = whole_feet_text(profile, shock_profile(of_feet, profile.robot))
+            text = whole_feet_text(profile, shock_profile(on_feet, profile.robot))
             remarks.append(("whole foot", text))
     level = together(profile.landing)
     if level is not None and _frames(level) not in map(_frames, scenes):

@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import profiles_and_failures
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_ground
 from shockpc.evaluation.variations.scene_grid import scene_grid
@@ -283,7 +283,7 @@ def _as_modelled(
     progress: Callable[[str], None],
 ) -> PlaceStudy:
     """The study with the drives as modelled. Args: as of the study and its result."""
-    profiles, failures = _profiles(cases, progress)
+    profiles, failures = profiles_and_failures(cases, done=progress)
     computed = tuple(profiles.values())
     fields = _fields(computed, body)
     apart = max(region.size / 10.0, NEAREST)
@@ -303,7 +303,7 @@ def _as_modelled(
         least=smallest.value,
         bound=smallest.bound,
         apart=apart,
-        failures=failures,
+        failures=tuple(failures.items()),
     )
 
 
@@ -316,26 +316,6 @@ def _varied(scenes: dict[str, Scene], robot: Robot, vary: Vary) -> dict[str, Sce
     for name, scene in scenes.items():
         every |= scene_grid(name, scene, robot, varied)
     return every
-
-
-def _profiles(
-    cases: Mapping[str, tuple[Scene, Robot]], progress: Callable[[str], None]
-) -> tuple[dict[str, ShockProfile], tuple[tuple[str, ShockError], ...]]:
-    """The landings' results by name, and those that could not be computed.
-
-    Raises:
-        ShockError: of the first landing, if none could be computed.
-    """
-    profiles: dict[str, ShockProfile] = {}
-    failures: list[tuple[str, ShockError]] = []
-    for name, result in proven(cases, None, done=progress).items():
-        if isinstance(result, ShockError):
-            failures.append((name, result))
-        else:
-            profiles[name] = result
-    if not profiles:
-        raise failures[0][1]
-    return profiles, tuple(failures)
 
 
 def _fields(profiles: Sequence[ShockProfile], body: int) -> Fields:
@@ -418,7 +398,7 @@ def _points(scenes: Iterable[Scene]) -> tuple[Point, ...]:
 def _sensor_places(
     robot: Robot,
     body: int,
-    points: Sequence[Point],
+    points: tuple[Point, ...],
     profiles: Sequence[ShockProfile],
     fields: Fields,
     optima: Sequence[Optimum],
