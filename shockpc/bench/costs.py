@@ -37,7 +37,7 @@ from shockpc.method.dynamics import dynamics
 from shockpc.quantities.of_bodies import percussion
 from shockpc.robot.robot import Robot
 from shockpc.show.row_files import RowFiles
-from shockpc.show.tables import Cell, Sheet
+from shockpc.show.tables import Row, Sheet
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.study import sweep
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
@@ -77,54 +77,59 @@ def _package(budget: float) -> Sheet:
     Raises:
         SolveError: a process failed; the text is the last line of its output.
     """
-    anymal = landing(known_robot("anymal_b"), "LF_FOOT")
-    talos = landing(known_robot("talos"), "left_sole_link", "right_sole_link")
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
 
-    def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
-        rows.append((what, cost(run, budget), target, None))
+    def add(name: str, run: Callable[[], Any], target: str | None = None) -> None:
+        rows.append((name, cost(run, budget), target, None))
 
     # Robots are loaded beforehand: these rows are the time of an analysis alone.
-    for name, (robot, scene), target in (
-        ("ANYmal B, one foot", anymal, "3 ms"),
+    robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
+    talos = landing(known_robot("talos"), "left_sole_link", "right_sole_link")
+    for name, landed, target in (
+        ("ANYmal B, one foot", (robot, scene), "3 ms"),
         ("Talos, both feet", talos, "12 ms"),
     ):
-        add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
-        whole = all_quantities(system_of(robot, scene)).run
-        whole()  # reads the meshes, once
-        add(f"shock_profile with all derived numbers, {name}", whole)
-    resolved = resolve(anymal[1], anymal[0])
-    add(
-        "steps 1-3 in double precision, ANYmal B, one foot",
-        partial(_double_percussion, resolved),
-        "0.25 ms",
-    )
+        add(f"shock_profile, {name}", partial(shock_profile, landed[1], landed[0]), target)
+        everything = all_quantities(system_of(*landed)).run
+        everything()  # reads the meshes, once
+        add(f"shock_profile with all derived numbers, {name}", everything)
+    steps = partial(_double_percussion, resolve(scene, robot))
+    add("steps 1-3 in double precision, ANYmal B, one foot", steps, "0.25 ms")
     # The cost of an option is the difference from the same landing without it.
-    for what, scene in (
-        ("finite stiffness", replace(anymal[1], contact_stiffness=1e5)),
-        ("friction", replace(anymal[1], friction=0.6)),
+    for name, changed in (
+        ("finite stiffness", replace(scene, contact_stiffness=1e5)),
+        ("friction", replace(scene, friction=0.6)),
     ):
-        added, printed = _added(anymal[0], anymal[1], scene, budget)
-        rows.append(
-            (f"{what} adds to shock_profile, ANYmal B, one foot", float(added), "1 ms", None)
-        )
-        rows.append((f"{what} adds to shock_profile and its text", float(printed), None, None))
+        added, printed = _added(robot, scene, changed, budget)
+        of_profile = f"{name} adds to shock_profile, ANYmal B, one foot"
+        rows.append((of_profile, float(added), "1 ms", None))
+        rows.append((f"{name} adds to shock_profile and its text", float(printed), None, None))
     go2 = known_robot("go2")
-    for what, given in STIFF.items():
-        stiff = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
-        add(
-            f"motion on finite stiffness, Go2, {what}, "
-            f"{len(CompliantLanding(stiff).motion.events)} events",
-            partial(CompliantLanding, stiff),
-        )
-    # One process of each command in turn, so that a slow moment of the machine does not favour one
-    # of them; times[0] is the import of Pinocchio.
-    times = np.median(
-        [[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0
-    )
-    for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
-        rows.append((what, float(seconds), aim, float(seconds / times[0])))
+    for name, parts in STIFF.items():
+        stiff = resolve(Scene(robot="go2", contact_stiffness=1e5, **parts), go2)
+        events = len(CompliantLanding(stiff).motion.events)
+        run = partial(CompliantLanding, stiff)
+        add(f"motion on finite stiffness, Go2, {name}, {events} events", run)
+    rows += _commands()
     return Sheet("run time of the package", ("what", "median [ms]", "target", "× import [-]"), rows)
+
+
+def _commands() -> list[Row]:
+    """The times of the commands.
+
+    One process of each in turn, so that a slow moment of the machine does not favour one of them.
+    """
+    turns = []
+    for _ in range(5):
+        turns.append([_process_time(arguments) for arguments in COMMANDS.values()])
+    times = np.median(turns, axis=0).tolist()
+    rows: list[Row] = []
+    # The first is the import of Pinocchio.
+    for name, target, seconds in zip(
+        COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True
+    ):
+        rows.append((name, seconds, target, seconds / times[0]))
+    return rows
 
 
 def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
@@ -148,14 +153,10 @@ def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
 def _double_percussion(resolved: PosedLanding) -> Array:
     """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
     jumps = double_jumps(resolved)
-    omega, v, normal = (
-        jumps[:, :3],
-        jumps[:, 3:],
-        resolved.plane.normal @ resolved.state.rotation[0],
-    )
-    return np.asarray(
-        percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc
-    )
+    omega, v = jumps[:, :3], jumps[:, 3:]
+    normal = resolved.plane.normal @ resolved.state.rotation[0]
+    translates = translation(omega, v, normal, 1.0, 1.0, 1e-9)
+    return np.asarray(percussion(omega, v, normal, 1.0, *translates).ropc)
 
 
 def _process_time(arguments: tuple[str, ...]) -> float:
@@ -179,34 +180,7 @@ def _sweeps(budget: float) -> Sheet:
 
     Args: budget for a clock [s].
     """
-    rows: list[tuple[Cell, ...]] = []
-    for name in ("hyq", "anymal_b", "talos"):
-        made = _sample(name, ROWS)
-        source = made.landings
-        resolved, Q = resolve(source.scene, source.robot), source.resolved()[0][:4096]
-        block, joints = Q[:256], resolved.joint_model
-        equation = resolved.equation(dynamics(source.robot, block, joints), False)
-        # A row as a sweep writes it, against the maps of all bodies (Eqs. 4, 8 and 9) in the same
-        # postures.
-        row = cost(partial(_written, made, None), budget, ROWS)
-        maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
-        few = [
-            cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024)
-            for wanted in (False, True)
-        ]
-        # Shares of a row: Pinocchio's calls, and the solution of Eq. 4.
-        calls = cost(partial(dynamics, source.robot, block, joints), budget, len(block))
-        step = partial(
-            solve_impact,
-            equation.inertia,
-            equation.J_c,
-            equation.b,
-            equation.terms,
-            equation.tolerance,
-        )
-        eq_4 = cost(step, budget, len(block))
-        size = len(source.robot.bodies) * source.robot.model.nv
-        rows.append((name, size, row, maps, row / maps, few[1] / few[0], calls / row, eq_4 / row))
+    rows = [_sweep_costs(name, budget) for name in ("hyq", "anymal_b", "talos")]
     # A single process is a child too, so that only the number of processes differs.
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
@@ -230,7 +204,43 @@ def _sweeps(budget: float) -> Sheet:
     return Sheet("sweeps", header, rows, notes)
 
 
-def _in_processes(made: Evaluation[VariedLandings], jobs: int) -> float:
+def _sweep_costs(name: str, budget: float) -> Row:
+    """The costs of a row of a sweep, of maps, and of what dominates a row."""
+    evaluation = _sample(name, ROWS)
+    landings = evaluation.landings
+    robot = landings.robot
+    resolved = resolve(landings.scene, robot)
+    Q = landings.resolved()[0][:4096]
+    # A row as a sweep writes it, against the maps of all bodies (Eqs. 4, 8 and 9) in the same
+    # postures.
+    row = cost(partial(_written, evaluation, None), budget, ROWS)
+    maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
+    without = cost(partial(shock_maps, resolved, Q[:1024], derivatives=False), budget, 1024)
+    derivatives = cost(partial(shock_maps, resolved, Q[:1024], derivatives=True), budget, 1024)
+    # Shares of a row: Pinocchio's calls, and the solution of Eq. 4.
+    pinocchio = partial(dynamics, robot, Q[:256], resolved.joint_model)
+    equation = resolved.equation(pinocchio(), False)
+    eq_4 = partial(
+        solve_impact,
+        equation.inertia,
+        equation.J_c,
+        equation.b,
+        equation.terms,
+        equation.tolerance,
+    )
+    return (
+        name,
+        len(robot.bodies) * robot.model.nv,
+        row,
+        maps,
+        row / maps,
+        derivatives / without,
+        cost(pinocchio, budget, 256) / row,
+        cost(eq_4, budget, 256) / row,
+    )
+
+
+def _in_processes(evaluation: Evaluation[VariedLandings], jobs: int) -> float:
     """Time for a sweep in so many processes, after they have started [s].
 
     A single one is a process too, so that both do the same.
@@ -240,7 +250,7 @@ def _in_processes(made: Evaluation[VariedLandings], jobs: int) -> float:
         for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
             future.result()
         start = time.perf_counter()
-        _written(made, workers)
+        _written(evaluation, workers)
         return time.perf_counter() - start
 
 
@@ -250,10 +260,10 @@ def _sample(name: str, rows: int) -> Evaluation[VariedLandings]:
     return sweep(scene, robot=robot, sample=rows, prove=0, at=[robot.bodies[0].name])
 
 
-def _written(made: Evaluation[VariedLandings], workers: Executor | None) -> int:
+def _written(evaluation: Evaluation[VariedLandings], workers: Executor | None) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
-        files = RowFiles(made, Path(folder), "parquet")
+        files = RowFiles(evaluation, Path(folder), "parquet")
         files.prepare(resume=False)
         return sum(files.write(workers))
 

@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.landed import solved
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import approach_speeds
-from shockpc.method.constraints import constraint_axes, constraint_point
+from shockpc.method.constraints import Constraint, constraint_axes, constraint_point
 from shockpc.quantities.selection import QUANTITIES
 
 PROVEN = "shockpc, exact"
@@ -23,6 +23,18 @@ class UnsuitedError(SceneError):
     """A method cannot take a scene; the text says why."""
 
 
+class Held(NamedTuple):
+    """What a contact, a standing foot or a loop holds.
+
+    Attributes:
+        axes: (n, 6) world axes of forces and moments.
+        ends: frames, one on each body that is held, with 1, or −1 for the opposite impulse.
+    """
+
+    axes: Array
+    ends: list[tuple[int, float]]
+
+
 class System(NamedTuple):
     """A landing ready for every method.
 
@@ -30,9 +42,7 @@ class System(NamedTuple):
         landing: the scene resolved on the robot.
         model: the robot's Pinocchio model with the scene's reflected inertia in it, and a frame at
             every point that is held.
-        constraints: rows of each contact, standing foot and loop: world axes (n, 6) of forces and
-            moments; and the frames, one on each body that it holds, with 1, or −1 for the opposite
-            impulse.
+        constraints: rows of each contact, standing foot and loop.
         v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is
             at rest.
         b: (nc,) speed to be undone along every row.
@@ -41,7 +51,7 @@ class System(NamedTuple):
 
     landing: PosedLanding
     model: pin.Model
-    constraints: list[tuple[Array, list[tuple[int, float]]]]
+    constraints: list[Held]
     v: Array
     b: Array
     G: Array | None
@@ -49,14 +59,13 @@ class System(NamedTuple):
     def assemble(self, data: pin.Data) -> tuple[Array, Array]:
         """H (nv, nv) and J_c (nc, nv) in the posture of the landing, computed from q."""
         H = pin.crba(self.model, data, self.landing.q, pin.Convention.WORLD)
-        J_c = [
-            axes
-            @ sum(
-                sign * pin.getFrameJacobian(self.model, data, frame, WORLD_AXES)
-                for frame, sign in ends
-            )
-            for axes, ends in self.constraints
-        ]
+        J_c = []
+        for axes, ends in self.constraints:
+            jacobians = []
+            for frame, sign in ends:
+                jacobian = pin.getFrameJacobian(self.model, data, frame, WORLD_AXES)
+                jacobians.append(sign * jacobian)
+            J_c.append(axes @ sum(jacobians))
         return H, np.concatenate(J_c)
 
     def motions(self, data: pin.Data, v: Array, q: Array | None = None) -> Any:
@@ -88,11 +97,11 @@ class System(NamedTuple):
 
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""
-        frames = (
-            self.model.frames[ends[0][0]]
-            for _, ends in self.constraints[: len(self.landing.contacts)]
-        )
-        return [(frame.parentJoint, frame.placement.translation) for frame in frames]
+        points = []
+        for held in self.constraints[: len(self.landing.contacts)]:
+            frame = self.model.frames[held.ends[0][0]]
+            points.append((frame.parentJoint, frame.placement.translation))
+        return points
 
 
 def system_of(robot: Robot, scene: Scene) -> System:
@@ -102,40 +111,49 @@ def system_of(robot: Robot, scene: Scene) -> System:
         ShockError: the scene cannot be computed.
     """
     landing = resolve(scene, robot)
-    state, before = landing.state, landing.before
     model = pin.Model(robot.model)
     model.armature = landing.joint_model.armature
+    rows = landing.rows(landing.state)
+    constraints = [_held(landing, constraint, model) for constraint in rows]
+    b = approach_speeds(landing.state, rows, landing.before)
+    G = landing.free_columns(landing.state)
+    v = _velocities(landing)
+    return System(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
 
-    # Of each constraint its axes, of forces and then of torques, and a frame at its point on each
-    # of the bodies that it connects. It acts on the second one with the opposite sign.
-    blocks = landing.rows(state)
-    constraints = []
-    for block in blocks:
-        point = constraint_point(state, block)[0]
-        n = len(block.forces)
-        axes = np.zeros((block.size, 6))
-        axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, block)[0], [n])
-        ends = []
-        for i, sign in ((block.body, 1.0), (block.other, -1.0)):
-            # An index of −1 is the ground or the world, which does not move.
-            if i >= 0:
-                body = robot.bodies[i]
-                offset = state.rotation[0, i].T @ (point - state.position[0, i])
-                in_joint = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
-                name = f"end {len(model.frames)}"
-                frame = pin.Frame(name, body.joint, 0, in_joint, pin.FrameType.OP_FRAME)
-                ends.append((model.addFrame(frame), sign))
-        constraints.append((axes, ends))
 
-    # Pinocchio's velocity of a free base is in the axes of its joint.
+def _held(landing: PosedLanding, constraint: Constraint, model: pin.Model) -> Held:
+    """Rows of a constraint, for which frames at its point are added to the model.
+
+    It acts on the second of the bodies that it connects with the opposite sign.
+    """
+    state = landing.state
+    point = constraint_point(state, constraint)[0]
+    # Axes of forces and then of torques.
+    n = len(constraint.forces)
+    axes = np.zeros((constraint.size, 6))
+    axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, constraint)[0], [n])
+    ends = []
+    for i, sign in ((constraint.body, 1.0), (constraint.other, -1.0)):
+        # An index of −1 is the ground or the world, which does not move.
+        if i >= 0:
+            body = landing.robot.bodies[i]
+            offset = state.rotation[0, i].T @ (point - state.position[0, i])
+            in_joint = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
+            name = f"end {len(model.frames)}"
+            frame = pin.Frame(name, body.joint, 0, in_joint, pin.FrameType.OP_FRAME)
+            ends.append((model.addFrame(frame), sign))
+    return Held(axes, ends)
+
+
+def _velocities(landing: PosedLanding) -> Array:
+    """Joint velocities (nv,) before the impact, with a free base in the axes of its joint."""
+    before = landing.before
     v = np.array(before.joint_rates)
-    if robot.free_base:
-        to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
+    if landing.robot.free_base:
+        to_base = landing.robot.bodies[0].rotation @ landing.state.rotation[0, 0].T
         v[:3] = to_base @ before.velocity
         v[3:6] = to_base @ before.omega
-    b = approach_speeds(state, blocks, before)
-    G = landing.free_columns(state)
-    return System(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
+    return v
 
 
 class Prepared(NamedTuple):
@@ -183,9 +201,8 @@ def double_jumps(landing: PosedLanding) -> Array:
     They are in body coordinates at the body frames' origins.
     """
     _, _, jumps = solved(landing, landing.state)
-    return np.asarray(
-        (jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6)
-    )
+    in_body_axes = jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]
+    return np.asarray(in_body_axes.reshape(-1, 6))
 
 
 def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
@@ -197,9 +214,11 @@ def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) 
 
     def run() -> Any:
         H, J_c = system.assemble(data)
-        return system.motions(
-            data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b)
-        )
+        if G is None:
+            jump = solve(H, J_c, b)
+        else:
+            jump = G @ solve(G.T @ H @ G, J_c @ G, b)
+        return system.motions(data, jump)
 
     return Prepared(run, system.jumps)
 
@@ -271,9 +290,8 @@ def _pin_jacobian(system: System) -> Prepared:
 
     def run() -> Any:
         _, J_c = system.assemble(data)  # its crba is the one that the function needs
-        return system.motions(
-            data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v
-        )
+        after = pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0)
+        return system.motions(data, after - system.v)
 
     return Prepared(run, system.jumps)
 
@@ -283,23 +301,24 @@ def _pin_constraints(mu: float, system: System) -> Prepared:
 
     The damping µ stays in the answer: the function solves once.
     """
-    e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
+    e = _one_restitution(system)
     if system.landing.loops or not system.sticking:
         raise UnsuitedError("rigid constraint models are used here for sticking points only")
-    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    model, q, v = system.model, system.landing.q, system.v
+    models = pin.StdVec_RigidConstraintModel()
+    datas = pin.StdVec_RigidConstraintData()
     for joint, point in system.contact_points():
-        place = pin.SE3(np.eye(3), point)
-        models.append(
-            pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, WORLD_AXES)
-        )
+        at_point = pin.SE3(np.eye(3), point)
+        kind = pin.ContactType.CONTACT_3D
+        models.append(pin.RigidConstraintModel(kind, model, joint, at_point, WORLD_AXES))
         datas.append(models[-1].createData())
-    data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
+    data = model.createData()
+    settings = pin.ProximalSettings(1e-12, 1e-12, mu, 1)
     pin.initConstraintDynamics(model, data, models, datas)
 
     def run() -> Any:
-        return system.motions(
-            data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v
-        )
+        after = pin.impulseDynamics(model, data, q, v, models, datas, e, settings)
+        return system.motions(data, after - v)
 
     return Prepared(run, system.jumps, approximates=mu > 0.0)
 

@@ -42,25 +42,44 @@ def _model(system: System, tau: float | None = None) -> Any:
     """
     if mujoco is None:
         raise UnsuitedError("MuJoCo is not installed; install it with: pip install mujoco")
-    model = system.model
-    data = model.createData()
-    pin.forwardKinematics(model, data, system.landing.q)
+    data = system.model.createData()
+    pin.forwardKinematics(system.model, data, system.landing.q)
     spec = mujoco.MjSpec()
     spec.option.gravity = np.zeros(3)
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     spec.option.tolerance = 1e-12
     # an unstable simulation ends in NaN
     spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    bodies = _add_bodies(spec, system, data)
+    if tau:
+        _add_contacts(spec, system, data, bodies, tau)
+    try:
+        return spec.compile()
+    except ValueError as refusal:
+        raise UnsuitedError(
+            f"MuJoCo refuses the model: {str(refusal).strip().splitlines()[0]}"
+        ) from None
+
+
+def _add_bodies(spec: Any, system: System, data: pin.Data) -> list[Any]:
+    """Add the bodies of a robot with their joints; the world and them, by Pinocchio's joints.
+
+    Args: data, Pinocchio's, with the kinematics of the landing's posture.
+
+    Raises:
+        UnsuitedError: MuJoCo has no such joint.
+    """
+    model = system.model
     bodies = [spec.worldbody]
     for i, joint in enumerate(system.landing.robot.joints, start=1):
         if joint.kind not in KINDS:
             raise UnsuitedError(f"{joint.kind} joints are not written for MuJoCo here")
-        inertia, place = model.inertias[i], data.liMi[i]
+        inertia, in_parent = model.inertias[i], data.liMi[i]
         # Bodies are numbered depth first in MuJoCo, as joints of a file are in Pinocchio.
         body = bodies[model.parents[i]].add_body(
-            pos=place.translation,
+            pos=in_parent.translation,
             # Quaternions are (x, y, z, w) in Pinocchio, and (w, x, y, z) in MuJoCo.
-            quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1),
+            quat=np.roll(pin.Quaternion(in_parent.rotation).coeffs(), 1),
             mass=inertia.mass,
             ipos=inertia.lever,
             # In MuJoCo's order: xx, yy, zz, xy, xz, yz.
@@ -72,8 +91,15 @@ def _model(system: System, tau: float | None = None) -> Any:
             written.axis = joint.axis
             written.armature = model.armature[joint.v.start]
         bodies.append(body)
-    # With τ, the contact is an equality of two sites, which holds the foot where it strikes.
-    for k, (carrier, point) in enumerate(system.contact_points() if tau else ()):
+    return bodies
+
+
+def _add_contacts(spec: Any, system: System, data: pin.Data, bodies: list[Any], tau: float) -> None:
+    """Add each contact as an equality of two sites, which holds the foot where it strikes.
+
+    Args: as of `_add_bodies` and `_model`.
+    """
+    for k, (carrier, point) in enumerate(system.contact_points()):
         bodies[carrier].add_site(name=f"foot{k}", pos=point)
         bodies[0].add_site(name=f"ground{k}", pos=data.oMi[carrier].act(point))
         spec.add_equality(
@@ -84,12 +110,6 @@ def _model(system: System, tau: float | None = None) -> Any:
             solref=[tau, 100],
             solimp=[0.9999, 0.9999, 0.001, 0.5, 2],
         )
-    try:
-        return spec.compile()
-    except ValueError as refusal:
-        raise UnsuitedError(
-            f"MuJoCo refuses the model: {str(refusal).strip().splitlines()[0]}"
-        ) from None
 
 
 def _jumps(system: System, peer: Any, data: Any) -> Array:
@@ -101,7 +121,7 @@ def _jumps(system: System, peer: Any, data: Any) -> Array:
     return system.jumps(motions)
 
 
-def _place(peer: Any, data: Any, q: Array) -> None:
+def _set_posture(peer: Any, data: Any, q: Array) -> None:
     data.qpos[:] = q
     mujoco.mj_kinematics(peer, data)
     mujoco.mj_comPos(peer, data)
@@ -128,10 +148,62 @@ def _simulation(tau: float, system: System) -> Prepared:
         mujoco.mj_step(peer, data, 40)
         # In the posture of the contact, because a soft contact lasts until the bodies have rotated.
         data.qvel -= before
-        _place(peer, data, peer.qpos0)
+        _set_posture(peer, data, peer.qpos0)
         mujoco.mj_comVel(peer, data)
 
     return Prepared(run, lambda _: _jumps(system, peer, data), approximates=True)
+
+
+class _Postures:
+    """Landings of a free robot on one sticking point in MuJoCo's layout, a posture at a time.
+
+    Attributes:
+        peer: MuJoCo's model.
+        data: its data.
+        qpos: (N, nq) postures, in which the base is where it is in the landing.
+    """
+
+    def __init__(self, system: System, Q: Array) -> None:
+        ((self._body, self._foot),) = system.contact_points()
+        self._system = system
+        self.peer = _model(system)
+        self.data = mujoco.MjData(self.peer)
+        # Configurations of the two libraries differ in layout, joint velocities do not: qpos =
+        # qpos0 ⊕ (q ⊖ landing.q), in which the base does not move.
+        self.qpos = np.tile(self.peer.qpos0, (len(Q), 1))
+        for qpos, q in zip(self.qpos, Q, strict=True):
+            step = pin.difference(system.model, system.landing.q, q)
+            mujoco.mj_integratePos(self.peer, qpos, step, 1.0)
+        self._J, self._H_J = np.zeros((2, 3, self.peer.nv))
+        self._out = np.empty((len(Q), 3, self.peer.nbody - 1, 6))
+
+    def velocities(self) -> Array:
+        """MuJoCo's velocities (N, 3, nb, 6) of the bodies for three unit velocities of the foot."""
+        peer, data, J, H_J = self.peer, self.data, self._J, self._H_J
+        for k, qpos in enumerate(self.qpos):
+            _set_posture(peer, data, qpos)
+            mujoco.mj_crb(peer, data)
+            mujoco.mj_factorM(peer, data)
+            point = data.xpos[self._body] + data.xmat[self._body].reshape(3, 3) @ self._foot
+            mujoco.mj_jac(peer, data, J, None, point, self._body)
+            mujoco.mj_solveM(peer, data, H_J, J)
+            # Δq̇ = −H⁻¹ Jᵀ (J H⁻¹ Jᵀ)⁻¹ v (Eq. 4), for unit velocities v of the foot along each
+            # axis.
+            for axis, jump in enumerate(-np.linalg.solve(J @ H_J.T, H_J)):
+                data.qvel[:] = jump
+                mujoco.mj_comVel(peer, data)
+                self._out[k, axis] = data.cvel[1:]
+        return self._out
+
+    def jumps(self, velocities: Array) -> Array:
+        """Jumps (N, nb, 6, 3) of the bodies by those velocities, which `velocities` leaves raw."""
+        maps = []
+        for qpos, of_axes in zip(self.qpos, velocities, strict=True):
+            _set_posture(self.peer, self.data, qpos)
+            for velocity in of_axes:
+                self.data.cvel[1:] = velocity
+                maps.append(_jumps(self._system, self.peer, self.data))
+        return np.moveaxis(np.reshape(maps, (len(self.qpos), 3, -1, 6)), 1, -1)
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
@@ -140,45 +212,8 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
     It is solved with MuJoCo's matrices and sparse factor. The base is where it is in the landing in
     all postures Q (N, nq), which are in Pinocchio's layout.
     """
-    ((body, foot),) = system.contact_points()
-    peer = _model(system)
-    data, postures = mujoco.MjData(peer), np.tile(peer.qpos0, (len(Q), 1))
-    # Configurations of the two libraries differ in layout, joint velocities do not: qpos = qpos0 ⊕
-    # (q ⊖ landing.q), in which the base does not move.
-    for posture, q in zip(postures, Q, strict=True):
-        mujoco.mj_integratePos(
-            peer, posture, pin.difference(system.model, system.landing.q, q), 1.0
-        )
-    J, H_J = np.zeros((2, 3, peer.nv))
-    out = np.empty((len(Q), 3, peer.nbody - 1, 6))
-
-    def run() -> Array:
-        for k, q in enumerate(postures):
-            _place(peer, data, q)
-            mujoco.mj_crb(peer, data)
-            mujoco.mj_factorM(peer, data)
-            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ foot
-            mujoco.mj_jac(peer, data, J, None, point, body)
-            mujoco.mj_solveM(peer, data, H_J, J)
-            # Δq̇ = −H⁻¹ Jᵀ (J H⁻¹ Jᵀ)⁻¹ v (Eq. 4), for unit velocities v of the foot along each
-            # axis.
-            for axis, jump in enumerate(-np.linalg.solve(J @ H_J.T, H_J)):
-                data.qvel[:] = jump
-                mujoco.mj_comVel(peer, data)
-                out[k, axis] = data.cvel[1:]
-        return out
-
-    def read(raw: Array) -> Array:
-        maps = []
-        for q, velocities in zip(postures, raw, strict=True):
-            _place(peer, data, q)
-            # Bodies' velocities are taken out of `cvel` here, because `run` is what is timed.
-            for velocity in velocities:
-                data.cvel[1:] = velocity
-                maps.append(_jumps(system, peer, data))
-        return np.moveaxis(np.reshape(maps, (len(Q), 3, -1, 6)), 1, -1)
-
-    return Prepared(run, read)
+    postures = _Postures(system, Q)
+    return Prepared(postures.velocities, postures.jumps)
 
 
 MUJOCO: dict[str, Method] = {
