@@ -226,7 +226,7 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
         assert one.value <= float(found.at(points[far]).min()) + TOLERANCE
         assert float(found.at(points[far]).min()) <= one.value + 2.0 * slope(found) * reach
         assert one.value <= one.bound + TOLERANCE
-        assert all(np.abs(one.place - before.point).max() >= apart - 1e-6 for before in ranked[:k])
+        assert all(np.abs(one.point - before.point).max() >= apart - 1e-6 for before in ranked[:k])
     assert [one.value for one in ranked] == sorted(one.value for one in ranked)
 
 
