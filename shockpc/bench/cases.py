@@ -117,13 +117,14 @@ def _rod(mass: float, along: Array) -> tuple[Array, Array]:
     """
     length = float(np.linalg.norm(along))
     u = along / length
+    # I = m l² (1/12 + r²/4) (1 − u uᵀ) + m l² r²/2 u uᵀ, with r = 1/50 of the length l.
+    uu = np.outer(u, u)
     across = mass * length**2 * (1.0 / 12.0 + 1.0 / 10000.0)
-    return 0.5 * along, across * (
-        np.eye(3) - np.outer(u, u)
-    ) + mass * length**2 / 5000.0 * np.outer(u, u)
+    inertia = across * (np.eye(3) - uu) + mass * length**2 / 5000.0 * uu
+    return 0.5 * along, inertia
 
 
-def box(mass: float, sides: tuple[float, float, float]) -> Array:
+def box_inertia(mass: float, sides: tuple[float, float, float]) -> Array:
     """Inertia (3, 3) of a box about its centre [kg m²]. Args: sides [m]."""
     squares = np.square(sides)
     return np.asarray(mass / 12.0 * np.diag(squares.sum() - squares))
@@ -144,32 +145,36 @@ def robot_from_links(links: list[Link], name: str = "tree") -> Robot:
     """
     lines = [f'<robot name="{name}">']
     for i, link in enumerate(links):
-        moments = " ".join(
-            f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"'
-            for r in range(3)
-            for c in range(r, 3)
-        )
-        lines.append(
-            f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass '
-            f'value="{float(link.mass)!r}"/>'
-            f"<inertia {moments}/></inertial></link>"
-        )
+        lines.append(_link_element(link, i))
     for i, link in enumerate(links[1:], start=1):
-        limit = (
-            ""
-            if link.kind == "continuous"
-            else '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
-        )
-        lines.append(
-            f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/><child '
-            f'link="link{i}"/>'
-            f'<origin xyz="{_numbers(link.origin)}"/><axis '
-            f'xyz="{_numbers(link.axis)}"/>{limit}</joint>'
-        )
+        lines.append(_joint_element(link, i))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.urdf"
         path.write_text("\n".join([*lines, "</robot>"]), encoding="utf-8")
         return load_robot(os.fspath(path))
+
+
+def _link_element(link: Link, i: int) -> str:
+    """The element of link i in a URDF."""
+    moments = []
+    for r, c in zip(*np.triu_indices(3), strict=True):
+        moments.append(f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"')
+    return (
+        f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/>'
+        f'<mass value="{float(link.mass)!r}"/><inertia {" ".join(moments)}/></inertial></link>'
+    )
+
+
+def _joint_element(link: Link, i: int) -> str:
+    """The element of the joint that carries link i in a URDF."""
+    limit = '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+    if link.kind == "continuous":
+        limit = ""
+    return (
+        f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/>'
+        f'<child link="link{i}"/><origin xyz="{_numbers(link.origin)}"/>'
+        f'<axis xyz="{_numbers(link.axis)}"/>{limit}</joint>'
+    )
 
 
 def _numbers(values: Array) -> str:
@@ -183,10 +188,10 @@ def chain(masses: Array, lengths: Array) -> Robot:
     Hinges turn about y, and every third about x.
     """
     origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
-    links = [
-        Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *_rod(mass, length * Z))
-        for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True))
-    ]
+    links = []
+    for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True)):
+        axis = X if i % 3 == 2 else Y
+        links.append(Link(i - 1, "revolute", origin, axis, mass, *_rod(mass, length * Z)))
     return robot_from_links(links, "chain")
 
 
@@ -207,11 +212,12 @@ def landing(
     """
     parts.setdefault("base", "free")
     parts["joints"] = replace(parts.get("joints", Joints()), carried=False)
-    contact = tuple(
-        Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one
-        for one in contacts
-    )
-    return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
+    placed = []
+    for contact in contacts:
+        if isinstance(contact, str):
+            contact = Contact(frame=contact, at="frame", kind="point")
+        placed.append(contact)
+    return robot, Scene(robot=robot.name, strike=strike, contact=tuple(placed), **parts)
 
 
 def _family(
@@ -252,12 +258,13 @@ def _robots(feet: int | None, name: str) -> Built:
 def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
     at_root, rooted_light = variant
     masses = np.geomspace(ratio**-0.5, ratio**0.5, 6)
-    robot = chain(masses if rooted_light else masses[::-1], np.full(6, 0.4))
-    return landing(
-        robot,
-        "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)),
-        posture=bent(robot),
-    )
+    if not rooted_light:
+        masses = masses[::-1]
+    robot = chain(masses, np.full(6, 0.4))
+    contact: Contact | str = "link0"
+    if not at_root:
+        contact = Contact(frame="link5", offset=(0.0, 0.0, 0.4))
+    return landing(robot, contact, posture=bent(robot))
 
 
 @_family(
@@ -294,9 +301,8 @@ def _links(where: float, n: int) -> Built:
     (1e-18, 1e-3, 1e12),
 )
 def _armature(feet: int, inertia: float) -> Built:
-    return landing(
-        known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=Joints(armature={"*": inertia})
-    )
+    joints = Joints(armature={"*": inertia})
+    return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=joints)
 
 
 @_family(
@@ -307,24 +313,21 @@ def _armature(feet: int, inertia: float) -> Built:
     (0.0, 1e-15, 1e-10),
 )
 def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
+    body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box_inertia(10.0, (0.4, 0.3, 0.2)))
     masses = [light if mass is None else mass for mass in variant]
-    # Hip, knee, ankle, and an arm on the body.
-    parents, axes = (0, 1, 2, 0), (Y, 0.6 * Y + 0.8 * Z, Y, X)
-    origins, along = (
-        (ORIGIN, -0.3 * Z, -0.3 * Z, 0.1 * X + 0.1 * Z),
-        (-0.3 * Z, -0.3 * Z, -0.3 * Z, 0.3 * Z),
+    # Hip, knee, ankle, and an arm on the body: parent, origin, axis, and the rod's end.
+    joints = (
+        (0, ORIGIN, Y, -0.3 * Z),
+        (1, -0.3 * Z, 0.6 * Y + 0.8 * Z, -0.3 * Z),
+        (2, -0.3 * Z, Y, -0.3 * Z),
+        (0, 0.1 * X + 0.1 * Z, X, 0.3 * Z),
     )
-    body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box(10.0, (0.4, 0.3, 0.2)))
-    limbs = [
-        Link(parents[k], "revolute", origins[k], axes[k], mass, *_rod(mass, along[k]))
-        for k, mass in enumerate(masses)
-    ]
+    limbs = []
+    for mass, (parent, origin, axis, end) in zip(masses, joints, strict=False):
+        limbs.append(Link(parent, "revolute", origin, axis, mass, *_rod(mass, end)))
+    foot = Contact(frame="link3", offset=(0.0, 0.0, -0.3))
     posture = Posture(joints={"joint1": 0.4, "joint2": -0.9, "joint3": 0.6})
-    return landing(
-        robot_from_links([body, *limbs], "light"),
-        Contact(frame="link3", offset=(0.0, 0.0, -0.3)),
-        posture=posture,
-    )
+    return landing(robot_from_links([body, *limbs], "light"), foot, posture=posture)
 
 
 @_family(
@@ -335,16 +338,12 @@ def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
     (1e-3, 1e3, 1e6),
 )
 def _units(mass: float, length: float) -> Built:
-    robot = chain(
-        mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5]), length * np.array([0.5, 0.3, 0.2, 0.4, 0.1])
-    )
+    masses = mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5])
+    lengths = length * np.array([0.5, 0.3, 0.2, 0.4, 0.1])
+    robot = chain(masses, lengths)
     foot = Contact(frame="link4", offset=(0.0, 0.0, 0.1 * length))
-    return landing(
-        robot,
-        foot,
-        posture=bent(robot),
-        strike=Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length)),
-    )
+    strike = Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length))
+    return landing(robot, foot, posture=bent(robot), strike=strike)
 
 
 @_family(
@@ -355,10 +354,11 @@ def _units(mass: float, length: float) -> Built:
     (1, 4),
 )
 def _corners(directions: Any, n: int) -> Built:
-    body = Link(-1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box(7.0, (0.6, 0.4, 0.2)))
-    mast = Link(
-        0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z)
+    body = Link(
+        -1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box_inertia(7.0, (0.6, 0.4, 0.2))
     )
+    hinge, axis = np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y
+    mast = Link(0, "revolute", hinge, axis, 1.0, *_rod(1.0, 0.4 * Z))
     corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
     contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
     return landing(robot_from_links([body, mast], "brick"), *contacts)
@@ -382,13 +382,9 @@ def _locked_feet(joints: Joints, feet: int) -> Built:
     {"with another foot": "RH_FOOT"},
     (1e-8, 1e-5, 1e-2),
 )
-def _doubled_contact(other: str, apart: float) -> Built:
-    return landing(
-        known_robot("anymal_b"),
-        "LF_FOOT",
-        other,
-        Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)),
-    )
+def _doubled_contact(second_foot: str, apart: float) -> Built:
+    beside = Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0))
+    return landing(known_robot("anymal_b"), "LF_FOOT", second_foot, beside)
 
 
 @_family(
@@ -401,24 +397,23 @@ def _doubled_contact(other: str, apart: float) -> Built:
 def _flat_four_bar(directions: Any, height: float) -> Built:
     # Drawn closed, so that every angle is zero: ends of crank and coupler, and the rocker's hinge,
     # from the crank's hinge.
-    crank, coupler, rocker = 0.5 * X + height * Z, 1.1 * X - 0.7 * height * Z, 1.6 * X
+    crank = 0.5 * X + height * Z
+    coupler = 1.1 * X - 0.7 * height * Z
+    rocker = 1.6 * X
     hinge = -0.8 * X - 0.1 * Z
     links = [
-        Link(-1, "", ORIGIN, Y, 9.0, 0.03 * X + 0.1 * Z, box(9.0, (1.6, 0.3, 0.3))),
+        Link(-1, "", ORIGIN, Y, 9.0, 0.03 * X + 0.1 * Z, box_inertia(9.0, (1.6, 0.3, 0.3))),
         Link(0, "revolute", hinge, Y, 0.8, *_rod(0.8, crank)),
         Link(1, "revolute", crank, Y, 0.6, *_rod(0.6, coupler - crank)),
         Link(0, "revolute", hinge + rocker, Y, 0.7, *_rod(0.7, coupler - rocker)),
     ]
-    a, b = (
-        LoopEnd(frame="link2", offset=tuple(coupler - crank)),
-        LoopEnd(frame="link3", offset=tuple(coupler - rocker)),
+    closure = Closure(
+        a=LoopEnd(frame="link2", offset=tuple(coupler - crank)),
+        b=LoopEnd(frame="link3", offset=tuple(coupler - rocker)),
+        directions=directions,
     )
     foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))
-    return landing(
-        robot_from_links(links, "four_bar"),
-        foot,
-        closure=(Closure(a=a, b=b, directions=directions),),
-    )
+    return landing(robot_from_links(links, "four_bar"), foot, closure=(closure,))
 
 
 @_family(
@@ -429,6 +424,5 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
     (1e6, 1e9),
 )
 def _far_from_the_origin(foot: str, away: float) -> Built:
-    return landing(
-        known_robot("anymal_b"), foot, posture=Posture(base_position=(away, -0.3 * away, 0.5))
-    )
+    posture = Posture(base_position=(away, -0.3 * away, 0.5))
+    return landing(known_robot("anymal_b"), foot, posture=posture)

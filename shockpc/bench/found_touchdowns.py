@@ -1,7 +1,7 @@
 """Touchdowns that are found in logs of a simulated quadruped, against its known contacts."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from shockpc import Contact, Scene, load_robot
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
-from shockpc.show.tables import Cell, Sheet
+from shockpc.show.tables import Row, Sheet
 from shockpc.wings.recordings.touchdowns.study import touchdowns
 
 FEET = ("LF", "RF", "LH", "RH")
@@ -40,29 +40,30 @@ LOGS = ((1, 0.0), (2, 0.0), (4, 0.0), (10, 0.0), (2, 1e-4), (2, 3e-4), (2, 1e-3)
 """Samples of the simulation for each one in the log, and noise of positions in it [m, rad]."""
 
 
-def quadruped() -> str:
+def quadruped_mjcf() -> str:
     """A quadruped with two joints a leg, in the text of an MJCF."""
-    legs = "".join(
-        f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" '
-        f'armature="0.005" range="-170 170"/>'
-        '<inertial pos="0 0 -.08" mass="0.6" diaginertia="0.002 0.002 0.0005"/>'
-        f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" '
-        f'armature="0.005" range="-170 170"/>'
-        '<inertial pos="0 0 -.08" mass="0.15" diaginertia="0.0005 0.0005 0.00005"/>'
-        f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" '
-        f'solref="0.005 1"/>'
-        f'<site name="{foot}_site" pos="0 0 -.2" size=".03"/></body></body>'
-        for foot, x, y in zip(FEET, (0.2, 0.2, -0.2, -0.2), (0.12, -0.12, 0.12, -0.12), strict=True)
-    )
-    motors = "".join(f'<motor joint="{foot}_{name}"/>' for foot in FEET for name in ("hip", "knee"))
-    touch = "".join(f'<touch site="{foot}_site"/>' for foot in FEET)
+    legs, motors, sensors = "", "", ""
+    for foot, x, y in zip(FEET, (0.2, 0.2, -0.2, -0.2), (0.12, -0.12, 0.12, -0.12), strict=True):
+        legs += (
+            f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" '
+            'armature="0.005" range="-170 170"/>'
+            '<inertial pos="0 0 -.08" mass="0.6" diaginertia="0.002 0.002 0.0005"/>'
+            f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" '
+            'armature="0.005" range="-170 170"/>'
+            '<inertial pos="0 0 -.08" mass="0.15" diaginertia="0.0005 0.0005 0.00005"/>'
+            f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" '
+            'solref="0.005 1"/>'
+            f'<site name="{foot}_site" pos="0 0 -.2" size=".03"/></body></body>'
+        )
+        motors += f'<motor joint="{foot}_hip"/><motor joint="{foot}_knee"/>'
+        sensors += f'<touch site="{foot}_site"/>'
     return (
         '<mujoco model="dog"><compiler autolimits="true"/><option timestep="0.0005" '
         'integrator="implicitfast"/>'
         '<worldbody><geom type="plane" size="9 9 1"/>'
         '<body name="trunk" pos="0 0 .36"><freejoint/><inertial pos="0 0 0" mass="9" '
         'diaginertia="0.06 0.2 0.22"/>'
-        f"{legs}</body></worldbody><actuator>{motors}</actuator><sensor>{touch}</sensor></mujoco>"
+        f"{legs}</body></worldbody><actuator>{motors}</actuator><sensor>{sensors}</sensor></mujoco>"
     )
 
 
@@ -95,37 +96,35 @@ class Simulated(NamedTuple):
         return {"time": self.time[::step], "qpos": qpos}
 
 
-def trot(period: float = 0.36, seconds: float = 2.0) -> Simulated:
+def simulated_trot(period: float = 0.36, seconds: float = 2.0) -> Simulated:
     """A trot on the spot. Args: period [s]; seconds, how long it lasts."""
     return _simulated(np.array([0.0, 0.0, 0.36, 1.0, 0.0, 0.0, 0.0]), np.zeros(6), period, seconds)
 
 
-def fall(seed: int, seconds: float = 1.5) -> Simulated:
+def simulated_fall(seed: int, seconds: float = 1.5) -> Simulated:
     """A fall from a tilted attitude, with rates, onto legs that are held.
 
     Args: seed of these; seconds, how long it lasts.
     """
     rng = np.random.default_rng(seed)
-    axis, angle = rng.standard_normal(3), rng.uniform(0.2, 0.8)
-    attitude = np.concatenate(
-        [[np.cos(angle / 2)], np.sin(angle / 2) * axis / np.linalg.norm(axis)]
-    )
-    base = np.concatenate([[0.0, 0.0, rng.uniform(0.6, 0.9)], attitude])
-    return _simulated(
-        base, np.concatenate([rng.uniform(-0.5, 0.5, 3), rng.uniform(-2.0, 2.0, 3)]), None, seconds
-    )
+    axis = rng.standard_normal(3)
+    angle = rng.uniform(0.2, 0.8)
+    x, y, z = np.sin(angle / 2) * axis / np.linalg.norm(axis)
+    pose = np.array([0.0, 0.0, rng.uniform(0.6, 0.9), np.cos(angle / 2), x, y, z])
+    velocity = np.concatenate([rng.uniform(-0.5, 0.5, 3), rng.uniform(-2.0, 2.0, 3)])
+    return _simulated(pose, velocity, None, seconds)
 
 
-def _simulated(base: Array, velocity: Array, period: float | None, seconds: float) -> Simulated:
+def _simulated(pose: Array, velocity: Array, period: float | None, seconds: float) -> Simulated:
     """The motion from a pose (7,) and a velocity (6,) of the base.
 
     It is a trot with a period, or one with legs that are held.
     """
     import mujoco  # an extra
 
-    model = mujoco.MjModel.from_xml_string(quadruped())
+    model = mujoco.MjModel.from_xml_string(quadruped_mjcf())
     data = mujoco.MjData(model)
-    data.qpos[:7] = base
+    data.qpos[:7] = pose
     data.qpos[7:] = [*_hip_and_knee(0.0, HIP_TO_FOOT)] * len(FEET)
     data.qvel[:6] = velocity
 
@@ -134,18 +133,22 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
     force = np.zeros((n, len(FEET)))
     qpos, qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
     for k in range(n):
-        # Springs and dampers in the joints, with limited torques, follow the angles of the legs.
-        for i, foot in enumerate(FEET):
-            motors = slice(2 * i, 2 * i + 2)
-            targets = np.array(_hip_and_knee(*_foot_of_trot(foot, data.time, period)))
-            spring = 100.0 * (targets - data.qpos[7:][motors])
-            damper = 6.0 * data.qvel[6:][motors]
-            data.ctrl[motors] = np.clip(spring - damper, -40.0, 40.0)
+        _set_motors(data, period)
         # The sample is the state before the step, as its force is.
         qpos[k], qvel[k] = data.qpos, data.qvel
         mujoco.mj_step(model, data)
         force[k] = data.sensordata
     return Simulated(time, qpos, qvel, [_touchdowns(on) for on in (force > 0.0).T])
+
+
+def _set_motors(data: Any, period: float | None) -> None:
+    """Let springs and dampers in the joints, with limited torques, follow the angles of a trot."""
+    for i, foot in enumerate(FEET):
+        motors = slice(2 * i, 2 * i + 2)
+        targets = np.array(_hip_and_knee(*_foot_of_trot(foot, data.time, period)))
+        spring = 100.0 * (targets - data.qpos[7:][motors])
+        damper = 6.0 * data.qvel[6:][motors]
+        data.ctrl[motors] = np.clip(spring - damper, -40.0, 40.0)
 
 
 def _foot_of_trot(foot: str, time: float, period: float | None) -> tuple[float, float]:
@@ -184,47 +187,48 @@ def found_touchdowns(budget: float = 0.0) -> Sheet:
     """
     del budget
     header = ("log", "touchdowns", "found", "invented", "late, median [ms]")
-    notes = (
+    note = (
         f"a quadruped in MuJoCo; found: within {1e3 * MATCH:g} ms; trots of {len(TROTS)} periods, "
         f"{FALLS} falls on held legs"
     )
+    trots = [simulated_trot(period) for period in TROTS]
+    falls = [simulated_fall(seed) for seed in range(FALLS)]
+    rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "dog.xml")
-        file.write_text(quadruped(), encoding="utf-8")
-        scene = Scene(
-            robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET)
-        )
+        file.write_text(quadruped_mjcf(), encoding="utf-8")
+        contacts = tuple(Contact(frame=f"{foot}_foot") for foot in FEET)
+        scene = Scene(robot=str(file), contact=contacts)
         robot = load_robot(str(file))
-        trots, falls = [trot(period) for period in TROTS], [fall(seed) for seed in range(FALLS)]
-        rows: list[tuple[Cell, ...]] = []
         for step, noise in LOGS:
             for name, motions in (("trots", trots), ("falls", falls)):
-                what = f"{name}, {1e-3 / (STEP * step):g} kHz"
+                text = f"{name}, {1e-3 / (STEP * step):g} kHz"
                 if noise:
-                    what += f", noise of {1e3 * noise:g} mm and mrad"
-                rows.append((what, *_compared(motions, step, noise, scene, robot)))
-    return Sheet("touchdowns found in simulated logs", header, rows, [notes])
+                    text += f", noise of {1e3 * noise:g} mm and mrad"
+                rows.append((text, *_counts(motions, step, noise, scene, robot)))
+    return Sheet("touchdowns found in simulated logs", header, rows, [note])
 
 
-def _compared(
+def _counts(
     motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot
-) -> Iterator[Cell]:
+) -> Row:
     """Numbers of touchdowns, of those found and of others found, and their median delay [s]."""
-    known, invented, late = 0, 0, list[float]()
+    known, invented = 0, 0
+    delays: list[float] = []
     for seed, motion in enumerate(motions):
         columns = motion.log(step, noise, seed)
         landings = touchdowns(columns, scene, robot=robot).landings
         for foot, samples in zip(FEET, motion.touchdowns, strict=True):
-            left = [
-                float(columns["time"][one.first])
-                for one in landings
-                if f"{foot}_foot" in one.contacts
-            ]
+            # Times of this foot that are found and not yet matched.
+            times = []
+            for landing in landings:
+                if f"{foot}_foot" in landing.contacts:
+                    times.append(float(columns["time"][landing.first]))
             for true in motion.time[samples].tolist():
                 known += 1
-                nearest = min(left, key=lambda time: abs(time - true), default=np.inf)
+                nearest = min(times, key=lambda time: abs(time - true), default=np.inf)
                 if abs(nearest - true) <= MATCH:
-                    left.remove(nearest)
-                    late.append(nearest - true)
-            invented += len(left)
-    yield from (known, len(late), invented, float(np.median(late)) if late else None)
+                    times.remove(nearest)
+                    delays.append(nearest - true)
+            invented += len(times)
+    return known, len(delays), invented, float(np.median(delays)) if delays else None

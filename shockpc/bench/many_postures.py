@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -20,7 +20,7 @@ from shockpc.bench.methods import Prepared, System, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.spatial import Array
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.show.tables import Cell, Heading, Sheet
+from shockpc.show.tables import Heading, Row, Sheet
 from shockpc.wings.symbols.export.code import Samples, code_files
 from shockpc.wings.symbols.programs import BLOCK
 from shockpc.wings.symbols.symbolic import ACCURACY, SymbolicLanding
@@ -53,9 +53,10 @@ It raises `UnsuitedError` or `StudyError` where it cannot.
 
 def many_system(name: str) -> System:
     """The landing of a robot of `STRUCK`, in one posture."""
-    robot = (
-        chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
-    )
+    if name.startswith("chain"):
+        robot = chain(np.ones(100), np.full(100, 0.05))
+    else:
+        robot = known_robot(name)
     return system_of(*landing(robot, STRUCK[name]))
 
 
@@ -71,10 +72,13 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
 
     It gives joint velocities alone.
     """
-    model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
+    model = system.model
+    data = model.createData()
     frame = model.getFrameId(system.landing.scene.contact[0].frame)
-    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
+    velocity = system.landing.before.velocity
+    before = np.zeros((len(Q), model.nv))
     before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
+    out = np.empty((len(Q), model.nv))
 
     def run() -> Array:
         for k, (q, v) in enumerate(zip(Q, before, strict=True)):
@@ -110,7 +114,7 @@ PEERS: dict[str, Way] = {
 """Run times are compared with that of the first; what is read are jumps."""
 
 
-def _compared(
+def _comparison(
     robots: Sequence[str],
     ways: dict[str, Way],
     n: int,
@@ -127,29 +131,34 @@ def _compared(
             of what is.
         budget: for each clock [s].
     """
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for name in robots:
         system = many_system(name)
-        Q, first = random_postures(system, n), math.nan
+        Q = random_postures(system, n)
         right = expected(system, Q)
+        first = math.nan
         for way, prepare in ways.items():
             try:
                 prepared = prepare(system, Q)
             except (UnsuitedError, StudyError) as reason:
                 rows.append((name, way, None, None, None, str(reason)))
                 continue
-            found = prepared.read(prepared.run())
-            seconds, same = cost(prepared.run, budget, len(found)), right(found)
-            first = seconds if math.isnan(first) else first
-            off, size = (
-                np.abs(numbers).reshape(len(found), -1).max(axis=1)
-                for numbers in (found - same, same)
-            )
-            rows.append((name, way, seconds, seconds / first, float(np.max(off / size)), None))
+            result = prepared.read(prepared.run())
+            seconds = cost(prepared.run, budget, len(result))
+            if math.isnan(first):
+                first = seconds
+            difference = _largest_difference(result, right(result))
+            rows.append((name, way, seconds, seconds / first, difference, None))
     off_by = Heading("difference", "difference", "-", zero=0.0)
-    return Sheet(
-        "", ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark"), rows
-    )
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark")
+    return Sheet("", header, rows)
+
+
+def _largest_difference(result: Array, right: Array) -> float:
+    """The largest difference of results (n, …) from right ones, relative to the largest of each."""
+    off = np.abs(result - right).reshape(len(result), -1).max(axis=1)
+    size = np.abs(right).reshape(len(result), -1).max(axis=1)
+    return float(np.max(off / size))
 
 
 def many_postures(budget: float) -> Sheet:
@@ -160,7 +169,7 @@ def many_postures(budget: float) -> Sheet:
         maps = batched.read(batched.run())
         return lambda jumps: maps if jumps.shape[-1] == 3 else (maps @ velocity)[..., None]
 
-    sheet = _compared(
+    sheet = _comparison(
         ("anymal_b", "talos", "chain of 100 links"), PEERS, MANY_POSTURES, expected, budget
     )
     return sheet._replace(
@@ -224,29 +233,25 @@ def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
     program = _symbols(bodies, system).program
     nq, strike = Q.shape[1], system.landing.before.velocity
     m = len(program.outputs) - len(ACCURACY)
-    names = [f"number_{k}" for k in range(m + len(ACCURACY))]
+    names = [f"number_{k}" for k in range(len(program.outputs))]
     untested = Samples(np.zeros((1, nq + 3)), np.zeros((1, m)), np.ones(m))
     files = code_files("c", program, {"q": nq, "strike": 3}, names, (), ILL_CONDITIONED, untested)
-    with tempfile.TemporaryDirectory() as folder:
-        for name, text in {**files, "many.c": LOOP % nq}.items():
-            Path(folder, name).write_text(text, encoding="utf-8")
-        compiler = (
-            "cc",
-            "-std=c99",
-            "-O1",
-            "-fPIC",
-            "-shared",
-            "-o",
-            "landing.so",
-            "landing.c",
-            "many.c",
-            "-lm",
-        )
-        subprocess.run(compiler, cwd=folder, check=True)
-        many, out = ctypes.CDLL(f"{folder}/landing.so").many, np.empty((len(Q), len(names)))
+    many = _compiled({**files, "many.c": LOOP % nq})
+    out = np.empty((len(Q), len(names)))
     arrays = np.ascontiguousarray(Q), strike.copy(), out
-    many.argtypes = (ctypes.c_long, *[np.ctypeslib.ndpointer(float, flags="C_CONTIGUOUS")] * 3)
     return Prepared(lambda: many(len(Q), *arrays), lambda _: out[:, :m])
+
+
+def _compiled(files: dict[str, str]) -> Any:
+    """The function `many` of files in C, compiled; it takes a number and three arrays."""
+    options = ("-std=c99", "-O1", "-fPIC", "-shared", "-o", "landing.so")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in files.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        subprocess.run(["cc", *options, "landing.c", "many.c", "-lm"], cwd=folder, check=True)
+        many = ctypes.CDLL(f"{folder}/landing.so").many
+    many.argtypes = (ctypes.c_long, *[np.ctypeslib.ndpointer(float, flags="C_CONTIGUOUS")] * 3)
+    return many
 
 
 WAYS: dict[str, Way] = {
@@ -270,7 +275,7 @@ def in_symbols(budget: float) -> Sheet:
         shocks = maps.read(maps.run())
         return lambda found: shocks[: len(found), : found.shape[1]]
 
-    sheet = _compared(IN_SYMBOLS, WAYS, BLOCK, expected, budget)
+    sheet = _comparison(IN_SYMBOLS, WAYS, BLOCK, expected, budget)
     note = (
         f"{BLOCK} postures, {WITH_DERIVATIVES} of them with derivatives of maps; difference: of "
         f"shocks, from shock_maps"

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -99,18 +100,28 @@ def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[R
         proof = shock_profile(scene, robot).proof
     except ShockError:
         proof = None
-    return [
-        Result(case, name, *_solved(system, proof, method, budget))
-        for name, method in methods.items()
-    ]
+    results = []
+    for name, method in methods.items():
+        result = partial(Result, case, name)
+        results.append(_result(result, system, proof, method, budget))
+    return results
 
 
-def _solved(
-    system: System, proof: LandingProof | None, method: Method, budget: float
-) -> tuple[Any, ...]:
-    """Outcome, error, run times and message of one method on one system.
+def _result(
+    result: Callable[..., Result],
+    system: System,
+    proof: LandingProof | None,
+    method: Method,
+    budget: float,
+) -> Result:
+    """The result of one method on one system.
 
-    The proof is None where there is no answer.
+    Args:
+        result: makes it of an outcome, an error, run times and a message.
+        system: the landing.
+        proof: the package's; None where there is no answer.
+        method: the method.
+        budget: for the clock [s].
     """
     try:
         with np.errstate(all="ignore"):
@@ -119,11 +130,11 @@ def _solved(
             jumps = prepared.read(raw)
     except (ShockError, np.linalg.LinAlgError) as failure:
         kinds = {UnsuitedError: "unsuited", np.linalg.LinAlgError: "exception"}
-        return kinds.get(type(failure), "refused"), None, (), str(failure)
+        return result(kinds.get(type(failure), "refused"), message=str(failure))
     if not np.all(np.isfinite(jumps)):
-        return "not finite", None, seconds
+        return result("not finite", None, seconds)
     if proof is None:
-        return "unfounded", None, seconds
+        return result("unfounded", None, seconds)
     if isinstance(raw, ShockProfile):
         error = float(proof.bounds.max())
     else:
@@ -131,4 +142,4 @@ def _solved(
     outcome = "approximate" if prepared.approximates else "inaccurate"
     if error <= ACCURATE:
         outcome = "accurate"
-    return outcome, error, seconds
+    return result(outcome, error, seconds)

@@ -23,8 +23,8 @@ from shockpc.bench.costs import COSTS
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Cell, Heading, Lines, Sheet
+from shockpc.show.report import Picture, Report, Section
+from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
 
 PARTS = (*FAMILIES, *COSTS)
 """Parts of the suite."""
@@ -33,8 +33,10 @@ LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot
 
 METHODS = DIRECT | MUJOCO
 ERROR = Heading("error", "error", "-", zero=0.0)
-WHOLE = "shockpc, all quantities"
-WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
+ALL_QUANTITIES = "shockpc, all quantities"
+ALL_QUANTITIES_NOTE = (
+    f'"{ALL_QUANTITIES}": a whole analysis, from the scene to every number of the document'
+)
 NOTES = (
     "error: of the velocity jump, largest over the bodies, relative to the body's motion; for "
     "shockpc's printed numbers the bound on rounding, for the robot as loaded. Below 1e-16 it is "
@@ -82,25 +84,46 @@ def suite_report(
     """
     start = time.perf_counter()
     results: list[Result] = []
-    tables, costs = dict[str, Sheet](), dict[str, Sheet]()
+    summaries: dict[str, Sheet] = {}
     for name in families:
-        measured: list[Result] = []
+        of_family: list[Result] = []
         for case in FAMILIES[name].cases():
-            measured += measure(case, METHODS, budget)
-        results += measured
-        tables[name] = _family_sheet(FAMILIES[name], measured)
+            of_family += measure(case, METHODS, budget)
+        results += of_family
+        summaries[name] = _family_sheet(FAMILIES[name], of_family)
         progress(name)
     # The clocks run longer here, because whole analyses, commands and sweeps are timed.
+    costs: dict[str, Sheet] = {}
     for name, table in COSTS.items():
         costs[name.replace(" ", "_")] = table(100.0 * budget)
         progress(name)
-    methods = _methods_sheet(results)
-    summaries = {"methods": methods, **tables, **costs}
+    summaries = {"methods": _methods_sheet(results), **summaries, **costs}
     cases = len({result.case for result in results})
     seconds = time.perf_counter() - start
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {cases} cases"
     # Run times mean little without the machine and the versions that they were measured on.
     facts = Lines([*_surroundings(), run, REFERENCE, *NOTES])
+
+    def body(full: bool) -> list[Section]:
+        if not full:
+            return [summaries["methods"], *costs.values()]
+        limits = Lines(LIMITS, "limits of the method")
+        return [facts, _chart(results), *summaries.values(), limits]
+
+    # The table of every case is too long to print, so that it is a sheet only.
+    sheets = {"cases": _cases_sheet(results), **summaries}
+    return Report(
+        name="bench",
+        title="Error against run time",
+        body=body,
+        sheets={name: partial(sheets.__getitem__, name) for name in sheets},
+        document=lambda: {"surroundings": _surroundings()},
+        tables=True,
+    )
+
+
+def _cases_sheet(results: Iterable[Result]) -> Sheet:
+    """A row for each method on each case."""
     header = (
         "family",
         "variant",
@@ -114,50 +137,23 @@ def suite_report(
         "runs",
         "message",
     )
-    rows = [
-        (
-            *result.case[:3],
-            *result[1:4],
-            *result.quartiles,
-            len(result.seconds),
-            result.message or None,
-        )
-        for result in results
-    ]
-    # The table of every case is too long to print, so that it is a sheet only.
-    every = {"cases": Sheet("", header, rows), **summaries}
-    limits = Lines(LIMITS, "limits of the method")
-    return Report(
-        name="bench",
-        title="Error against run time",
-        body=lambda full: (
-            [facts, _chart(results), *summaries.values(), limits]
-            if full
-            else [methods, *costs.values()]
-        ),
-        sheets={name: partial(every.__getitem__, name) for name in every},
-        document=lambda: {"surroundings": _surroundings()},
-        tables=True,
-    )
+    rows: list[Row] = []
+    for result in results:
+        family, variant, value, _ = result.case
+        what = (family, variant, value, result.method, result.outcome, result.error)
+        rows.append((*what, *result.quartiles, len(result.seconds), result.message or None))
+    return Sheet("", header, rows)
 
 
 def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
     """Error against run time of every method on one landing. Args: budget for each clock [s]."""
-    results = measure(
-        Trial("landing", robot.name, "", lambda: (robot, scene)),
-        METHODS | {WHOLE: all_quantities},
-        budget,
-    )
-    rows = [
-        (
-            result.method,
-            _largest([result]),
-            *result.quartiles,
-            result.outcome,
-            result.message or None,
-        )
-        for result in results
-    ]
+    case = Trial("landing", robot.name, "", lambda: (robot, scene))
+    results = measure(case, METHODS | {ALL_QUANTITIES: all_quantities}, budget)
+    rows: list[Row] = []
+    for result in results:
+        error = _largest([result])
+        remark = result.message or None
+        rows.append((result.method, error, *result.quartiles, result.outcome, remark))
     header = (
         "method",
         ERROR,
@@ -167,7 +163,9 @@ def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
         "outcome",
         "remark",
     )
-    sheet = Sheet("error against run time on this landing", header, rows, (*NOTES, WHOLE_NOTE))
+    sheet = Sheet(
+        "error against run time on this landing", header, rows, (*NOTES, ALL_QUANTITIES_NOTE)
+    )
     return Report(
         name="landing",
         page="landing",
@@ -182,16 +180,13 @@ def _surroundings() -> list[str]:
     """Versions of the libraries, and the machine."""
     installed = {package.name: package.version for package in importlib.metadata.distributions()}
     versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
+    processor = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")  # on Linux Python does not know the name of the processor
-    names = re.findall(
-        r"^model name\s*: (.*)",
-        info.read_text(encoding="utf-8") if info.exists() else "",
-        re.MULTILINE,
-    )
-    processor, threads = (
-        (names or [platform.processor() or platform.machine()])[0],
-        os.environ.get("OPENBLAS_NUM_THREADS", ""),
-    )
+    if info.exists():
+        text = info.read_text(encoding="utf-8")
+        named = re.search(r"^model name\s*: (.*)", text, re.MULTILINE)
+        processor = named[1] if named else processor
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
     return [
         f"versions: {', '.join(versions)}, Python {platform.python_version()}",
         f"machine: {processor}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; "
@@ -203,9 +198,8 @@ def _chart(results: Iterable[Result]) -> Picture:
     series: dict[str, list[tuple[float, float]]] = {}
     for result in results:
         if result.error is not None:
-            series.setdefault(result.method.split(", τ")[0], []).append(
-                (median(result.seconds), result.error)
-            )
+            points = series.setdefault(result.method.split(", τ")[0], [])
+            points.append((median(result.seconds), result.error))
     title = "Error against run time; for shockpc's printed numbers the bound on rounding"
     return Picture(
         "error-against-run-time",
@@ -217,19 +211,13 @@ def _chart(results: Iterable[Result]) -> Picture:
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:
     """A row for each method: the number of each outcome, and its run time."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for name in dict.fromkeys(result.method for result in results):
         of_method = [result for result in results if result.method == name]
         counted = Counter(result.outcome for result in of_method)
-        middle = [median(result.seconds) for result in of_method if result.seconds]
-        rows.append(
-            (
-                name,
-                *(counted[key] for key in OUTCOMES),
-                median(middle or [math.nan]),
-                _largest(of_method),
-            )
-        )
+        outcomes = [counted[key] for key in OUTCOMES]
+        medians = [median(result.seconds) for result in of_method if result.seconds]
+        rows.append((name, *outcomes, median(medians or [math.nan]), _largest(of_method)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet(
         "outcomes of every method",
@@ -241,12 +229,16 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
 
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     """One family: a column for each method, a row for each case that one of them does not solve."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     cases = [list(of_case) for _, of_case in groupby(results, lambda result: result.case)]
     for case in cases:
-        if any(result.outcome not in ("accurate", "approximate", "unsuited") for result in case):
-            cells = {one.method: one.outcome if one.error is None else one.error for one in case}
-            rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
+        if all(result.outcome in ("accurate", "approximate", "unsuited") for result in case):
+            continue
+        cells: dict[str, Cell] = {}
+        for result in case:
+            cells[result.method] = result.outcome if result.error is None else result.error
+        first = case[0].case
+        rows.append((first.value, first.variant, *map(cells.get, DIRECT)))
     note = family.about
     if len(rows) < len(cases):
         note += (

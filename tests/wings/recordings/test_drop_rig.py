@@ -14,7 +14,7 @@ from commands import good
 from log_file import written
 
 import shockpc
-from shockpc.bench.found_touchdowns import FEET, quadruped
+from shockpc.bench.found_touchdowns import FEET, quadruped_mjcf
 from shockpc.wings.recordings.recorded.study import STATISTICS
 
 GUIDE = Path(shockpc.__file__).parent / "wings/recordings/logs.md"
@@ -36,7 +36,7 @@ m]; a shank's hinge [N m/rad].
 def rig():
     """The quadruped with frames for the sensors, in the text of an MJCF."""
     sites = "".join(f'<site name="{name}" pos="{x} {y} 0.02"/>' for name, (x, y) in CORNERS.items())
-    return quadruped().replace("<freejoint/>", f"<freejoint/>{sites}")
+    return quadruped_mjcf().replace("<freejoint/>", f"<freejoint/>{sites}")
 
 
 def bending():

@@ -14,7 +14,7 @@ from test_touchdowns import scene_of, stepped, stepping
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot
-from shockpc.bench.found_touchdowns import FEET, _hip_and_knee, quadruped
+from shockpc.bench.found_touchdowns import FEET, _hip_and_knee, quadruped_mjcf
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.scene import Point
 from shockpc.text.errors import StudyError, UnknownName
@@ -218,7 +218,7 @@ def test_two_feet_tell_how_a_planar_base_moves(here):
     """Without gyro and attitude: two legs of two joints, whose angles follow from where the base
     is, in closed form.
     """
-    (here / "dog.xml").write_text(quadruped())
+    (here / "dog.xml").write_text(quadruped_mjcf())
     feet = tuple(Contact(frame=f"{foot}_foot", at="frame") for foot in FEET)
     scene = Scene(
         robot=str(here / "dog.xml"),

@@ -19,7 +19,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import shockpc
 from shockpc import Contact, Scene, load_robot
-from shockpc.bench.found_touchdowns import FEET, found_touchdowns, quadruped, trot
+from shockpc.bench.found_touchdowns import FEET, found_touchdowns, quadruped_mjcf, simulated_trot
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.wings.recordings.logs.bags import read_bag
 from shockpc.wings.recordings.logs.detection import line_slopes, noise
@@ -40,13 +40,13 @@ RAIL = urdf(
 
 @pytest.fixture(scope="module")
 def trotting():
-    return trot()
+    return simulated_trot()
 
 
 @pytest.fixture(scope="module")
 def dog_scene(tmp_path_factory):
     file = tmp_path_factory.mktemp("dog") / "dog.xml"
-    file.write_text(quadruped())
+    file.write_text(quadruped_mjcf())
     return Scene(robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET))
 
 
