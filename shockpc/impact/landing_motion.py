@@ -1,6 +1,6 @@
 """A landing over time: what is asked of it without knowing what makes it last."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from shockpc.core.low_pass import LowPass
@@ -8,7 +8,6 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.wings import from_wings
 
 
@@ -45,9 +44,6 @@ class LandingMotion(Protocol):
 
     def impact_at(self, time: float) -> DoubleImpact:
         """Changes of velocity from the first touch until a time [s]."""
-
-    def warnings(self) -> Iterator[Diagnostic]:
-        """Warnings of this motion."""
 
 
 def motion_of(landing: PosedLanding, until: float | None = None) -> LandingMotion | None:

@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.wings.compliant.links.bending import BENDS, Bending, bends, rings
-from shockpc.wings.compliant.of_profile import rigid_links
+from shockpc.wings.compliant.of_profile import compliant_of, rigid_links_of
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Relative difference of shock from which a warning says so, and least difference of one [1].
@@ -18,8 +18,11 @@ The shock is that on contacts of finite stiffness, against that of the impulse m
 
 def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
     """Warnings where a finite stiffness makes another result than the impulse model."""
-    if profile.stiffness is None:
+    compliant = compliant_of(profile)
+    if compliant is None:
         return
+    from shockpc.wings.compliant.over_time.warnings import warnings_of
+
     places = [*profile.bracketed, *profile.landing.mounted]
     impulse = profile.value("shock", "point", places)
     finite = profile.value("shock_separated", "point", places)
@@ -37,12 +40,12 @@ def _beyond_the_impulse(profile: ShockProfile) -> Iterator[Diagnostic]:
         if text not in texts:  # a part may be at a sensor
             yield Diagnostic("contact", name, float(differs[k]), text)
         texts.add(text)
-    yield from profile.stiffness.warnings()
+    yield from warnings_of(compliant)
 
 
 def _bending(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning where not even links of metal are stiff enough to be taken as rigid."""
-    links = rigid_links(profile) if profile.lasts else None
+    links = rigid_links_of(profile)
     if isinstance(links, Bending):
         yield from bends(links)
 

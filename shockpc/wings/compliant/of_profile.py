@@ -1,11 +1,11 @@
-"""Requirement on the links of a computed landing to be taken as rigid."""
+"""What is finite in the landing of a profile, and how stiff its links have to be."""
 
 from typing import TYPE_CHECKING
 
 from shockpc.core.memo import memoized
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.text.errors import RobotError
-from shockpc.wings.compliant.links.bending import Bending, bending
+from shockpc.wings.compliant.landing import motion
+from shockpc.wings.compliant.links.bending import Bending, rigid_links
 
 if TYPE_CHECKING:
     from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
@@ -13,23 +13,10 @@ if TYPE_CHECKING:
 
 def compliant_of(profile: ShockProfile) -> "CompliantLanding | None":
     """The landing over time; None where the scene gives no stiffness of the contacts."""
-    if profile.scene.contact_stiffness is None:
-        return None
-    from shockpc.wings.compliant.over_time.compliant_landing import compliant_landing
-
-    return compliant_landing(profile.landing)
+    return motion(profile.landing, None)
 
 
 @memoized()
-def rigid_links(profile: ShockProfile) -> Bending | str | None:
-    """Requirement on links to be taken as rigid, on the contact stiffness or for the pulse.
-
-    Returns: why that is not known, as a text; None without a stiffness and a pulse.
-    """
-    landing, k = profile.landing, profile.scene.contact_stiffness
-    if k is None and landing.pulse is None:
-        return None
-    try:
-        return bending(landing, profile.value("effective_mass", "contact"), k)
-    except RobotError as refusal:
-        return str(refusal)
+def rigid_links_of(profile: ShockProfile) -> Bending | str | None:
+    """Requirement on links to be taken as rigid, as of `rigid_links`."""
+    return rigid_links(profile.landing, lambda: profile.value("effective_mass", "contact"))

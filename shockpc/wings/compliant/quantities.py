@@ -24,8 +24,7 @@ from shockpc.quantities.quantity import (
     quantity_values,
 )
 from shockpc.quantities.with_friction import OF_THE_IMPACT, where_given
-from shockpc.text.errors import RobotError
-from shockpc.wings.compliant.links.bending import FOR_JUMPS, FOR_TORQUES, bending
+from shockpc.wings.compliant.links.bending import FOR_JUMPS, FOR_TORQUES, Bending, rigid_links
 
 if TYPE_CHECKING:
     from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
@@ -186,16 +185,9 @@ ON_FINITE_STIFFNESS = (
 def _bending(impact: Impact, _: Places) -> Array:
     """The numbers of `BENDING` (1, 1, 5); NaN where there are none."""
     landing, places = impact.landing, impact.landing.places("contact")
-    k = landing.scene.contact_stiffness
-    nothing = np.full((1, 1, 5), np.nan)
-    if landing.scene.flex or (k is None and landing.pulse is None):
-        return nothing
-    try:
-        links = bending(landing, quantity_values(EFFECTIVE_MASS, impact, places)[0, 0], k)
-    except RobotError:
-        return nothing
-    if links is None:
-        return nothing
+    links = rigid_links(landing, lambda: quantity_values(EFFECTIVE_MASS, impact, places)[0, 0])
+    if not isinstance(links, Bending):
+        return np.full((1, 1, 5), np.nan)
     lowest = [links.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
     return np.array([[[*lowest, *map(links.modes.stiffness, lowest), links.modes.metal]]])
 

@@ -17,7 +17,7 @@ from shockpc.landing.scenes.scene import Contact
 from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.links.bending import RINGS, bending, bends
 from shockpc.wings.compliant.links.leg_modes import SPECIFIC_STIFFNESS, leg_modes
-from shockpc.wings.compliant.of_profile import rigid_links
+from shockpc.wings.compliant.of_profile import rigid_links_of
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 TWO_HINGES = 1.1079
@@ -87,7 +87,7 @@ def test_what_a_contact_asks_for_follows_from_its_duration(go2):
         np.testing.assert_allclose(_numbers(shock_profile(scene))[:2], [3e3, 7e3], rtol=1e-9)
     for scene in (replace(GO2, contact_stiffness=None), replace(GO2, flex={"FL_calf": "EI:674"})):
         profile = shock_profile(scene)
-        assert rigid_links(profile) is None
+        assert rigid_links_of(profile) is None
         assert np.isnan(_numbers(profile)).all()
 
 
@@ -139,7 +139,7 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
 
     closing = landing_report(go2).closing
     (k,) = [k for k, line in enumerate(closing) if "of the finite-stiffness result" in line]
-    assert list(closing[k + 1 : k + 3]) == list(rigid_links(go2).lines)
+    assert list(closing[k + 1 : k + 3]) == list(rigid_links_of(go2).lines)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_
 def test_forces_with_a_step_ring(given, steps):
     """The line of rigid links names the remedy, and so does a warning where links bend."""
     scene = replace(GO2, contact_stiffness=1e4, **given)
-    assert (RINGS in rigid_links(shock_profile(scene)).lines[0]) == steps
+    assert (RINGS in rigid_links_of(shock_profile(scene)).lines[0]) == steps
     if scene.pulse is None:
         warned = [
             str(one)
@@ -173,8 +173,8 @@ def test_dampers_in_series_raise_the_force_sooner(go2):
     """Of restitution 0, in the time 1/ω and not π/2ω, so that links have to be stiffer."""
     damped = shock_profile(replace(GO2, contact_law="damper"))
     np.testing.assert_allclose(_numbers(damped)[:2], math.pi / 2.0 * _numbers(go2)[:2], rtol=1e-9)
-    assert rigid_links(damped).stiffest(3.0) == pytest.approx(
-        (2.0 / math.pi) ** 2 * rigid_links(go2).stiffest(3.0)
+    assert rigid_links_of(damped).stiffest(3.0) == pytest.approx(
+        (2.0 / math.pi) ** 2 * rigid_links_of(go2).stiffest(3.0)
     )
 
 
@@ -214,7 +214,7 @@ def test_contacts_stop_the_mass_of_the_landing(contact, model):
         if model == "locked"
         else profile.contacts[0].effective_mass_frictionless
     )
-    assert rigid_links(profile).mass == pytest.approx(mass, rel=1e-9)
+    assert rigid_links_of(profile).mass == pytest.approx(mass, rel=1e-9)
     assert mass < 0.9 * profile.value("effective_mass_sticking", "contact").min()
 
 

@@ -18,7 +18,7 @@ its tangents, and torques ring.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import RobotError
 from shockpc.text.printed import few
 from shockpc.wings.compliant.links.leg_modes import LegModes, leg_modes
 
@@ -121,6 +122,25 @@ class Bending(NamedTuple):
 
 def _hertz(frequency: float) -> str:
     return f"{float(f'{frequency:.3g}'):g} Hz"
+
+
+def rigid_links(landing: PosedLanding, masses: Callable[[], Array]) -> Bending | str | None:
+    """Requirement on the links of a landing to be taken as rigid, or why it is not known.
+
+    Args:
+        landing: the landing.
+        masses: computes the (c,) effective masses of its contacts, each alone [kg].
+
+    Returns: None where neither a stiffness nor a pulse says how long the contact lasts, and as of
+        `bending`.
+    """
+    stiffness = landing.scene.contact_stiffness
+    if stiffness is None and landing.pulse is None:
+        return None
+    try:
+        return bending(landing, masses(), stiffness)
+    except RobotError as refusal:
+        return str(refusal)
 
 
 def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:

@@ -46,18 +46,25 @@ def constant_forces(landing: PosedLanding, rows: ContactRows, free: Array) -> Co
     """
     gravity, load, hinges = free_fall(landing, rows, free), spring_loads(landing), landing.hinges
     if not len(hinges):
-        torque = motor_torques(landing, rows.M, rows.J, free, gravity)
+        torque = motor_torques(landing, load, rows.M, rows.J, free, gravity)
         return ConstantForces(gravity, gravity, torque, load)
     S = free[hinges]
-    _, sizes, motions = np.linalg.svd(S)
-    N = motions[int(np.count_nonzero(sizes > 1e-9 * sizes[0])) :].T
+    N = _motions_without(S)
     M = N.T @ rows.M @ N
-    fall = np.linalg.solve(M, N.T @ rows.M @ gravity)
-    torque = motor_torques(landing, M, rows.J @ N, free @ N, fall)
+    fall: Array = np.asarray(np.linalg.solve(M, N.T @ rows.M @ gravity))
+    torque = motor_torques(landing, load, M, rows.J @ N, free @ N, fall)
+    # a = N (Nᵀ M N)⁻¹ Nᵀ p, and Sᵀ f = M a − p
     p = rows.M @ gravity + free.T @ (torque + load)
     a = N @ np.linalg.solve(M, N.T @ p)
     load[hinges] = np.linalg.lstsq(S.T, rows.M @ a - p, rcond=1e-9)[0]
     return ConstantForces(gravity, N @ fall, torque, load)
+
+
+def _motions_without(S: Array) -> Array:
+    """Motions (m, n − rank) of the coordinates in which no row of S (h, m) has a rate."""
+    _, sizes, motions = np.linalg.svd(S)
+    rank = int(np.count_nonzero(sizes > 1e-9 * sizes[0]))
+    return np.asarray(motions[rank:].T)
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
@@ -97,7 +104,9 @@ def spring_loads(landing: PosedLanding) -> Array:
     return np.asarray(-model.stiffness * model.deflection(landing.robot, landing.q))
 
 
-def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravity: Array) -> Array:
+def motor_torques(
+    landing: PosedLanding, load: Array, M: Array, J: Array, free: Array, gravity: Array
+) -> Array:
     """Torques (nv,) of the motors, constant during the landing [N m, N].
 
     They are those of the scene, or those that hold what is loaded.
@@ -110,32 +119,46 @@ def motor_torques(landing: PosedLanding, M: Array, J: Array, free: Array, gravit
 
     Args:
         landing: the landing.
+        load: (nv,) torques of its springs [N m, N].
         M: (m, m) inertia of its coordinates.
         J: (n, m) speeds along the rows of contacts for unit rates of the coordinates.
         free: (nv, m) joint velocities for these.
         gravity: (m,) accelerations of free fall.
     """
     model, motors = landing.joint_model, landing.scene.joints.motors
+    p = free.T @ load
     torques: Array = np.zeros(len(free))
-    loads = free.T @ spring_loads(landing)
-    standing = motors == "standing"
-    if (standing or loads.any()) and motors != "none":
+    if motors == "standing":
+        p = M @ gravity + p
+    if motors == "standing" or (motors != "none" and p.any()):
         drives = _motors(landing)
         # With M = L Lᵀ, the length of L⁻¹ p is that of the accelerations that forces p give.
-        L = np.linalg.cholesky(M)
-        inverse = np.linalg.inv(L)
-        missing = inverse @ -(M @ gravity * standing + loads)
-        by_torque = inverse @ free[drives].T
-        if standing:
-            by_force = inverse @ J.T
-            # In motions of the robot as one rigid body, springs and torques do no work.
-            still = np.linalg.lstsq(free, np.eye(len(free))[:, :6], rcond=None)[0]
-            rigid = np.linalg.qr(np.linalg.inv(inverse).T @ still)[0]
-            force = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
-            missing = missing - by_force @ force
-        torques[drives] = np.linalg.lstsq(by_torque, missing, rcond=1e-9)[0]
-    given = np.where(np.isnan(model.torque), torques, model.torque)
-    return np.where(model.locked, 0.0, given)
+        to_length = np.linalg.inv(np.linalg.cholesky(M))
+        missing = to_length @ -p
+        if motors == "standing":
+            missing = missing - _by_contacts(to_length, J, free, missing)
+        torques[drives] = np.linalg.lstsq(to_length @ free[drives].T, missing, rcond=1e-9)[0]
+    torques = np.where(np.isnan(model.torque), torques, model.torque)
+    return np.where(model.locked, 0.0, torques)
+
+
+def _by_contacts(to_length: Array, J: Array, free: Array, missing: Array) -> Array:
+    """L⁻¹ Jᵀ f (m,) of the smallest contact forces f that hold a robot as one rigid body.
+
+    In motions of the robot as one rigid body, springs and torques do no work.
+
+    Args:
+        to_length: (m, m) L⁻¹.
+        J: (n, m) speeds along the rows of contacts.
+        free: (nv, m) joint velocities; the first six are those of the base.
+        missing: (m,) L⁻¹ of the forces that are missing.
+    """
+    by_force = to_length @ J.T
+    base = np.eye(len(free))[:, :6]
+    still = np.linalg.lstsq(free, base, rcond=None)[0]
+    rigid = np.linalg.qr(np.linalg.inv(to_length).T @ still)[0]
+    force = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
+    return np.asarray(by_force @ force)
 
 
 def _motors(landing: PosedLanding) -> np.ndarray:

@@ -67,69 +67,6 @@ class ElementSystem:
     fall: Array
 
 
-def element_system(landing: PosedLanding) -> ElementSystem:
-    """The elements of a landing on contacts of finite stiffness.
-
-    Raises:
-        SolveError: a flat contact turns before the impact, or no motion of the robot has the
-            velocities before it.
-    """
-    rows, model = contact_rows(landing, stands=True), landing.joint_model
-    _refuse_turning(landing, rows)
-    G = np.eye(len(model.stiffness)) if rows.equation.G is None else rows.equation.G[0]
-    free = rows.basis if rows.equation.G is None else G @ rows.basis
-    # Stops are contacts that are open at first, where their joint does not move towards them.
-    stops = _further_stops(landing)
-    striking = [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
-    strikes = np.isin(rows.number, striking)
-    springs = np.flatnonzero(model.stiffness > 0.0)
-    geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
-    constant = constant_forces(landing, rows, free)
-    torque = constant.torque
-    motors = np.flatnonzero(torque)
-    # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
-    behind = np.isin(motors, geared)
-    of_motors = np.where(behind[:, None], 0.0, G[motors])
-    along = np.concatenate([G[springs], G[geared], of_motors])
-
-    # Elements of contacts, of stops and of springs, on coordinates without those of rotors.
-    held = Elements.joined(
-        _of_contacts(landing, rows, free, strikes),
-        _of_stops(landing, stops, free),
-        Elements.alike(
-            free[springs],
-            model.stiffness[springs],
-            load=constant.load[springs],
-            straight=np.isin(springs, landing.hinges),
-        ),
-    )
-    speeds = np.concatenate([rows.speeds, stops.speeds, landing.before.joint_rates[springs]])
-    before = _coordinates(landing, free, held.rows, speeds)
-    M, _, gears, velocity = attach_rotors(
-        rows.M, held.rows, before, free[geared], model.rotor[geared]
-    )
-    width = free.shape[1]
-    # A motor turns its joint, or the coordinate of its rotor where that is behind a spring.
-    turned = np.zeros((len(motors), len(M)))
-    turned[~behind, :width] = free[motors[~behind]]
-    turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
-    elements = Elements.joined(
-        held,
-        Elements.alike(gears, model.drive_stiffness[geared], load=torque[geared]),
-        Elements.alike(turned, 0.0, load=torque[motors]),
-    )
-    # Further stops may be struck later, so that the equation has their rows too.
-    if stops.stops:
-        stopped = replace(landing, acting=stops.stops)
-        rows = replace(rows, equation=stopped.equation(landing.state))
-    # Gravity has no part along the coordinates of rotors.
-    rotors = np.zeros(len(M) - width)
-    gravity, fall = np.append(constant.gravity, rotors), np.append(constant.fall, rotors)
-    return ElementSystem(
-        rows, free, strikes, stops.stops, along, M, elements, velocity, gravity, fall
-    )
-
-
 class _Stops(NamedTuple):
     """The stops at which joints are that are no contacts of the scene.
 
@@ -144,11 +81,135 @@ class _Stops(NamedTuple):
     speeds: Array
 
 
+class _JointElements(NamedTuple):
+    """Velocities of joints that have an element.
+
+    Attributes:
+        springs: those with a spring.
+        geared: those with a spring before their rotor.
+        motors: those with a motor that gives a torque.
+        behind: which of the motors turn a rotor behind a spring; the spring carries the torque
+            already.
+    """
+
+    springs: np.ndarray
+    geared: np.ndarray
+    motors: np.ndarray
+    behind: np.ndarray
+
+
+def element_system(landing: PosedLanding) -> ElementSystem:
+    """The elements of a landing on contacts of finite stiffness.
+
+    Raises:
+        SolveError: a flat contact turns before the impact, or no motion of the robot has the
+            velocities before it.
+    """
+    rows, model = contact_rows(landing, stands=True), landing.joint_model
+    _refuse_turning(landing, rows)
+    G, free = _velocities(rows)
+    striking = [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
+    strikes = np.isin(rows.number, striking)
+    stops = _further_stops(landing)
+    constant = constant_forces(landing, rows, free)
+    joints = _joint_elements(landing, constant.torque)
+
+    # Elements on coordinates without those of rotors, and the velocities with which they strike.
+    struck = Elements.joined(
+        _of_contacts(landing, rows, free, strikes),
+        _of_stops(landing, stops, free),
+        _of_springs(landing, joints.springs, free, constant.load),
+    )
+    rates = landing.before.joint_rates[joints.springs]
+    speeds = np.concatenate([rows.speeds, stops.speeds, rates])
+    before = _coordinates(landing, free, struck.rows, speeds)
+
+    geared = joints.geared
+    M, _, gears, velocity = attach_rotors(
+        rows.M, struck.rows, before, free[geared], model.rotor[geared]
+    )
+    elements = Elements.joined(
+        struck,
+        Elements.alike(gears, model.drive_stiffness[geared], load=constant.torque[geared]),
+        _of_motors(joints, free, constant.torque),
+    )
+    # Gravity has no part along the coordinates of rotors.
+    rotors = np.zeros(len(geared))
+    return ElementSystem(
+        rows=_with_rows_of_stops(landing, rows, stops.stops),
+        free=free,
+        strikes=strikes,
+        stops=stops.stops,
+        along=_along(G, joints),
+        inertia=M,
+        elements=elements,
+        velocity=velocity,
+        gravity=np.append(constant.gravity, rotors),
+        fall=np.append(constant.fall, rotors),
+    )
+
+
+def _velocities(rows: ContactRows) -> tuple[Array, Array]:
+    """Joint velocities for unit free velocities (nv, ny), and for unit coordinates (nv, m)."""
+    if rows.equation.G is None:
+        return np.eye(len(rows.basis)), rows.basis
+    G = rows.equation.G[0]
+    return G, G @ rows.basis
+
+
+def _joint_elements(landing: PosedLanding, torque: Array) -> _JointElements:
+    """Velocities of joints that have an element. Args: torque (nv,), of the motors."""
+    model = landing.joint_model
+    geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
+    motors = np.flatnonzero(torque)
+    springs = np.flatnonzero(model.stiffness > 0.0)
+    return _JointElements(springs, geared, motors, np.isin(motors, geared))
+
+
+def _along(G: Array, joints: _JointElements) -> Array:
+    """Speeds (k, ny) of springs, those to rotors, and motors for unit free velocities.
+
+    Args: G (nv, ny), joint velocities for these.
+    """
+    of_motors = np.where(joints.behind[:, None], 0.0, G[joints.motors])
+    return np.concatenate([G[joints.springs], G[joints.geared], of_motors])
+
+
+def _of_motors(joints: _JointElements, free: Array, torque: Array) -> Elements:
+    """The elements of motors, constant forces.
+
+    A motor turns its joint, or the coordinate of its rotor where that is behind a spring.
+    """
+    motors, behind, width = joints.motors, joints.behind, free.shape[1]
+    turned = np.zeros((len(motors), width + len(joints.geared)))
+    turned[~behind, :width] = free[motors[~behind]]
+    turned[behind, width + np.searchsorted(joints.geared, motors[behind])] = 1.0
+    return Elements.alike(turned, 0.0, load=torque[motors])
+
+
+def _of_springs(landing: PosedLanding, springs: np.ndarray, free: Array, load: Array) -> Elements:
+    """The elements of springs in joints and hinges. Args: load (nv,), at touchdown."""
+    stiffness, straight = landing.joint_model.stiffness[springs], np.isin(springs, landing.hinges)
+    return Elements.alike(free[springs], stiffness, load=load[springs], straight=straight)
+
+
 def _of_stops(landing: PosedLanding, stops: _Stops, free: Array) -> Elements:
-    """The elements of further stops, numbered after the contacts."""
+    """The elements of further stops, numbered after the contacts.
+
+    They are open at first, where their joint does not move towards them.
+    """
     numbers = len(landing.contact_places) + np.arange(len(stops.stops))
     restitution = landing.scene.stop_restitution or 0.0
     return Elements.alike(stops.rows @ free, _stop_stiffness(landing), restitution, numbers, True)
+
+
+def _with_rows_of_stops(
+    landing: PosedLanding, rows: ContactRows, stops: tuple[Constraint, ...]
+) -> ContactRows:
+    """The rows, whose equation has those of stops too: they may be struck later."""
+    if not stops:
+        return rows
+    return replace(rows, equation=replace(landing, acting=stops).equation(landing.state))
 
 
 def _stop_stiffness(landing: PosedLanding) -> float:

@@ -17,7 +17,7 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Sheet
 from shockpc.show.wording import robot_name
 from shockpc.studies.analyze.view import View
-from shockpc.wings.compliant.of_profile import compliant_of, rigid_links
+from shockpc.wings.compliant.of_profile import compliant_of, rigid_links_of
 from shockpc.wings.compliant.show.texts import stiffness_text
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def _bending_lines(profile: ShockProfile) -> list[str]:
 
     The scene has to say how long the contact lasts.
     """
-    links = rigid_links(profile) if profile.lasts else None
+    links = rigid_links_of(profile)
     if links is None:
         return []
     if isinstance(links, str):
