@@ -67,8 +67,8 @@ from .wings.recordings.identify.study import Identification as Identification
 from .wings.recordings.identify.study import identify as identify
 from .wings.recordings.logs.landings import RecordedLandings as RecordedLandings
 from .wings.recordings.recorded.study import recorded as recorded
-from .wings.recordings.touchdowns.study import Touchdowns as Touchdowns
 from .wings.recordings.touchdowns.study import touchdowns as touchdowns
+from .wings.recordings.touchdowns.touchdowns import Touchdowns as Touchdowns
 from .wings.symbols.export.study import Export as Export
 from .wings.symbols.export.study import export as export
 from .wings.symbols.symbolic import SymbolicLanding as SymbolicLanding

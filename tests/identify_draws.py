@@ -42,7 +42,7 @@ def simulated(scene, table, true, noise, rng):
     """A table of landings with the jumps for true values by subject, and normal noise on the
     velocities after (by column).
     """
-    from shockpc.wings.recordings.logs.prediction import Predictor
+    from shockpc.wings.recordings.identify.predictor import Predictor
     from shockpc.wings.recordings.logs.reader import rows_of
 
     robot = robot_of(scene)

@@ -11,7 +11,7 @@ from shockpc.cli.parse import path
 from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study_inputs import CommandLine, Input
 from shockpc.robot.robot import Robot
-from shockpc.wings.recordings.logs.column_names import StateColumns
+from shockpc.wings.recordings.logs.column_meaning import StateColumns
 from shockpc.wings.recordings.recorded_table import refuse_overridden, table_and_scene
 
 _LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."

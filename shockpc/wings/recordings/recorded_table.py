@@ -18,7 +18,7 @@ from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.wings.recordings.logs.cells import empty_cells
-from shockpc.wings.recordings.logs.column_names import (
+from shockpc.wings.recordings.logs.column_meaning import (
     FRICTION,
     StateColumns,
     column_name,

@@ -30,10 +30,10 @@ from shockpc.evaluation.variations.vary import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.dynamics import dynamics
+from shockpc.wings.recordings.identify.predictor import Predictor
 from shockpc.wings.recordings.identify.report import identify_report
 from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.logs.prediction import (
-    Predictor,
     base_in_world,
     energy_norms,
     mobilities,

@@ -34,7 +34,8 @@ from shockpc.method.approach import Motion
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 from shockpc.wings.recordings.logs import table_files as files
-from shockpc.wings.recordings.logs.landings import CLOSED_BY, recorded_landings
+from shockpc.wings.recordings.logs.evaluation import recorded_landings
+from shockpc.wings.recordings.logs.landings import CLOSED_BY
 from shockpc.wings.recordings.logs.reader import rows_of
 from shockpc.wings.recordings.logs.table_files import read_table
 from shockpc.wings.recordings.recorded import study as recorded

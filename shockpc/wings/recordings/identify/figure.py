@@ -13,9 +13,9 @@ from shockpc.core.spatial import Array
 from shockpc.show.figure.style import CURVES, INK, MARKERS, faded, new_chart, plain_numbers
 from shockpc.show.wording import robot_name, varied_text
 from shockpc.text.printed import count, printable
+from shockpc.wings.recordings.identify.predictor import Predicted
 from shockpc.wings.recordings.identify.study import Identification
 from shockpc.wings.recordings.identify.uncertainty import Unknown
-from shockpc.wings.recordings.logs.prediction import Predicted
 
 CLEAR_MINIMUM = 0.2
 """Smallest error, in errors before, up to which errors are drawn in logarithms."""

@@ -10,13 +10,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.prediction import (
-    Predicted,
-    Predictor,
-    energy_norms,
-    energy_roots,
-    mobilities,
-)
+from shockpc.wings.recordings.identify.predictor import Predicted, Predictor
+from shockpc.wings.recordings.logs.prediction import energy_norms, energy_roots, mobilities
 
 SEED = 0
 """Seed of the Sobol sequence, of the bootstrap and of the parts that are left out."""

@@ -18,9 +18,9 @@ from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import robot_line
 from shockpc.text.printed import cause_lines, causes, count, few, listed
 from shockpc.text.toml import toml_lines
+from shockpc.wings.recordings.identify.predictor import SCALE
 from shockpc.wings.recordings.identify.study import ERRORS, Identification
 from shockpc.wings.recordings.identify.uncertainty import Unknown
-from shockpc.wings.recordings.logs.prediction import SCALE
 
 DRIVES, SCENE = "drives.toml", "scene.toml"
 """Files of what was found."""

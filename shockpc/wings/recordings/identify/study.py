@@ -33,6 +33,7 @@ from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.identify.fit import Fit, Solution, fit_of, solve
+from shockpc.wings.recordings.identify.predictor import SCALE, Predicted, Predictor
 from shockpc.wings.recordings.identify.remarks import of_control, of_errors, of_model, of_unknowns
 from shockpc.wings.recordings.identify.uncertainty import (
     Unknown,
@@ -42,9 +43,10 @@ from shockpc.wings.recordings.identify.uncertainty import (
     uncertainty,
     unidentified,
 )
-from shockpc.wings.recordings.logs.landings import RecordedLandings, robot_of_table, rows_of_table
-from shockpc.wings.recordings.logs.prediction import SCALE, Predicted, Predictor, coordinate
+from shockpc.wings.recordings.logs.landings import RecordedLandings
+from shockpc.wings.recordings.logs.prediction import coordinate
 from shockpc.wings.recordings.logs.table_files import columns_of
+from shockpc.wings.recordings.logs.table_rows import robot_of_table, rows_of_table
 
 SCAN = 25
 """Values of each unknown for which the error is given."""

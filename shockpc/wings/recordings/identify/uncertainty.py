@@ -12,7 +12,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, Solution, value_of
-from shockpc.wings.recordings.logs.prediction import SCALE, energy_roots
+from shockpc.wings.recordings.identify.predictor import SCALE
+from shockpc.wings.recordings.logs.prediction import energy_roots
 
 DRAWS, FOLDS = 1000, 5
 """Draws of the bootstrap, and parts in which landings are left out."""

@@ -6,37 +6,27 @@ The rows are in arrays.
 import contextlib
 import functools
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column import Column, selected
-from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
 from shockpc.landing.before_impact import with_loops
 from shockpc.landing.closure import assemble, closure_constraint, follow, moved_joints
-from shockpc.landing.contact import first_contact, landing_frames
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scenes.scene import Contact, Posture, Scene
-from shockpc.landing.scenes.scene_file import robot_of
+from shockpc.landing.scenes.scene import Posture, Scene
 from shockpc.landing.scenes.strike import Strike
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import dynamics
 from shockpc.profile import profile_of
-from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
-from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.cells import empty_cells
-from shockpc.wings.recordings.logs.column_names import named_columns
-from shockpc.wings.recordings.logs.reader import rows_of
 from shockpc.wings.recordings.logs.rows import RecordedRows
 
 OPEN = 0.1
@@ -423,157 +413,3 @@ def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:
         landing,
         joint_model=model._replace(torque=np.where(np.isfinite(effort), effort, model.torque)),
     )
-
-
-def robot_of_table(columns: Mapping[str, np.ndarray], scene: Scene) -> Robot:
-    """The robot of a scene, with the geoms that strike in rows of a table.
-
-    These count where the scene has no contact.
-
-    Raises:
-        ShockError: as for `robot_of`.
-    """
-    texts = (
-        []
-        if scene.contact
-        else dict.fromkeys(map(str, np.ravel(columns.get("contact", ())).tolist()))
-    )
-    return robot_of(
-        scene, [name.strip() for text in texts for name in (text, *text.split("+")) if name.strip()]
-    )
-
-
-def rows_of_table(
-    columns: Mapping[str, np.ndarray],
-    scene: Scene,
-    robot: Robot,
-    rename: Mapping[str, str] | None = None,
-) -> RecordedRows:
-    """The rows of a table, as `rows_of` gives them.
-
-    The scene gives what the table does not.
-
-    Where the scene has no contact, every row has to have its own: one without any is refused, and
-    has not those of another.
-    """
-    columns = named_columns(columns, rename or {})
-    if not scene.contact and "contact" in columns:
-        texts = np.where(empty_cells(columns["contact"]), " ", columns["contact"].astype(str))
-        text, columns = first_contact(robot, texts.ravel().tolist()), {**columns, "contact": texts}
-        frames = landing_frames(robot, text)[0] if text else ()
-        scene = replace(scene, contact=tuple(Contact(frame=frame) for frame in frames))
-    return rows_of(columns, landing_of(scene, robot))
-
-
-def recorded_landings(
-    table: RecordedRows,
-    robot: Robot,
-    quantities: Sequence[str] = (),
-    *,
-    prove: int = 20,
-    rank: str | None = None,
-) -> Evaluation[RecordedLandings]:
-    """The landings of a table, and what is computed of them.
-
-    Args:
-        table: the rows.
-        robot: their robot.
-        quantities: columns, KEY or KEY@PLACES; by default jump and shock at the sensors and points,
-            or of the base, with friction if rows have one. The energy that an impact would make is
-            a column of all tables.
-        prove: number of rows that are compared with a proof, besides those that need one.
-        rank: a further column.
-
-    Raises:
-        ShockError: a name is not known, or a scene cannot be resolved.
-    """
-    source = RecordedLandings(robot, table)
-    texts = list(quantities) or _usual_columns(source)
-    if rank:
-        texts.append(rank)
-    computed: list[Column] = []
-    for text in dict.fromkeys(texts):
-        computed += _columns(source, text)
-    by_friction = False
-    for column in computed:
-        entry = column.selection.quantity
-        if entry.decided_by_ground or entry.computation.exact == "never":
-            by_friction = True
-    flag = Column(select("energy_gained"), source.first.places("robot")[0])
-    by_name = {column.name: column for column in computed}
-    by_name.setdefault(flag.name, flag)
-    # The last, even if it was asked for.
-    by_name[flag.name] = by_name.pop(flag.name)
-    return Evaluation(replace(source, by_friction=by_friction), tuple(by_name.values()), prove)
-
-
-def _usual_columns(source: RecordedLandings) -> list[str]:
-    """Jump and shock at the sensors and points, or of the base; with friction if rows have one."""
-    table = source.table
-    sticks = np.isnan(table.friction)
-    suffixes = []
-    if sticks.any():
-        suffixes.append("")
-    if not sticks.all():
-        suffixes.append("_friction")
-    points: dict[str, None] = {}
-    for scene in table.scenes:
-        for place in point_places(source.robot, scene.point):
-            if place.body >= 0:
-                points[place.name] = None
-    texts = []
-    for name in points:
-        for suffix in suffixes:
-            texts += [f"delta_v{suffix}@{name}", f"shock{suffix}@{name}"]
-    if texts:
-        return texts
-    of_base = {"": ("delta_v_com", "shock_com"), "_friction": ("shock_com_friction",)}
-    base = source.robot.bodies[source.first.trunk].name
-    for suffix in suffixes:
-        texts += [f"{key}@{base}" for key in of_base[suffix]]
-    return texts
-
-
-def _columns(source: RecordedLandings, text: str) -> list[Column]:
-    """The columns of QUANTITY[@PLACES].
-
-    Raises:
-        ShockError: it names nothing, or one of contacts that vary.
-    """
-    selection, places = _places(source, text)
-    contacts = {tuple(contact.frame for contact in scene.contact) for scene in source.table.scenes}
-    if len(contacts) > 1 and selection.quantity.of == "contact":
-        if "@" in text:
-            raise StudyError(
-                f'the contact varies, so "{text}" cannot name one; leave out the @ and the name'
-            )
-        most = max(map(len, contacts))
-        places = tuple(Place(f"contact {k + 1}", number=k) for k in range(most))
-    if not places:
-        links = listed(source.robot.links, 6)
-        raise StudyError(f'"{text}": there is no such place; links of the robot: {links}')
-    return [Column(selection, place, requested=True) for place in places]
-
-
-def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:
-    """The quantity and the places of QUANTITY[@PLACES] in all landings of a table.
-
-    Only some of these may have friction, or a contact.
-
-    Raises:
-        ShockError: it means nothing in any of them.
-    """
-    places: dict[str, Place] = {}
-    refusals = []
-    for landing in source.resolved:
-        try:
-            places |= {
-                place.name: place
-                for place in selected(landing, text)[1]
-                if place.name not in places
-            }
-        except (StudyError, UnknownName) as refusal:
-            refusals.append(refusal)
-    if refusals and not places:
-        raise refusals[0]
-    return select(text.partition("@")[0]), tuple(places.values())

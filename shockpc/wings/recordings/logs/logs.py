@@ -21,7 +21,8 @@ from shockpc.text.errors import StudyError
 from shockpc.text.paths import usable_path
 from shockpc.text.printed import listed, visible
 from shockpc.wings.recordings.logs.bags import BAGS, QUATERNION, continuous, read_bag
-from shockpc.wings.recordings.logs.column_names import LABELS, column_name, state_columns
+from shockpc.wings.recordings.logs.clock import clock_column, rising_times
+from shockpc.wings.recordings.logs.column_meaning import column_name, state_columns
 from shockpc.wings.recordings.logs.repeats import without_repeats
 from shockpc.wings.recordings.logs.table_files import columns_of, read_table
 
@@ -34,12 +35,6 @@ COMPLETE = 0.8
 With fewer, the velocity is left out.
 """
 
-SLOWEST, FASTEST = 20.0, 1e6
-"""Rates below and above which times are taken for those of another unit [Hz]."""
-
-SAME_TIME = 1e-9
-"""Time between samples up to which they have the same time, and only the first is kept [s]."""
-
 SENSOR = re.compile(r"[aw][xyz]@.+")
 """Columns of an accelerometer or a gyro at a frame."""
 
@@ -47,14 +42,6 @@ PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.
     "xyz", "position"
 )
 """Part of the base that a column of positions is of."""
-
-CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-EPOCH = 1e8
-"""Seconds since 1970 above which a time without a unit is a date.
-
-It is in s, or a thousand, a million or a milliard times that.
-"""
 
 
 class Log(NamedTuple):
@@ -107,10 +94,10 @@ def read_log(
     remarks: list[str] = []
     columns, is_bag = _columns_of_source(source, topics, remarks)
     positions, rates, others = state_columns(columns, robot, rename)
-    clock = _clock(columns, others)
+    clock = clock_column(columns, others)
     _refuse_no_state(robot, columns, positions)
     _refuse_lengths((positions, rates, others))
-    start, time, rows = _rising(clock, others.pop(clock), remarks)
+    start, time, rows = rising_times(clock, others.pop(clock), remarks)
     sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
     if is_bag:
         sensors = _of_known_frames(sensors, robot, remarks)
@@ -197,18 +184,6 @@ def _columns_of_source(
         raise StudyError(f"topics are those of a bag; leave out {listed(topics)}")
     columns = read_table(path) if isinstance(source, Path) else columns_of(source)
     return columns, False
-
-
-def _clock(columns: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> str:
-    """The name of the column of times."""
-    clocks = [name for name in others if CLOCK.fullmatch(name)]
-    if not clocks:
-        raise StudyError(
-            f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it "
-            f"if it is not s, such as time_ms; this one has {listed(columns, 12)}; give it a new "
-            f"name with --map NAME=time"
-        )
-    return min(clocks, key=_preference)
 
 
 def _refuse_no_state(
@@ -363,12 +338,6 @@ def _filled(time: Array, values: Array, longest: float) -> Array:
     return np.where(apart <= longest, lines, np.nan)
 
 
-def _preference(name: str) -> int:
-    match = CLOCK.fullmatch(name)
-    assert match is not None
-    return LABELS["time"].index(match[1])
-
-
 def _numbers(name: str, values: np.ndarray) -> Array:
     """A column as numbers, in which NaN means that there is no sample.
 
@@ -389,70 +358,3 @@ def _numbers(name: str, values: np.ndarray) -> Array:
             f"empty where there is no sample"
         )
     return numbers
-
-
-def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, Array, np.ndarray]:
-    """The first time, the times since then of the samples that are kept [s], and which they are.
-
-    Raises:
-        StudyError: they are no times, run back, are too few, or too far apart for the motion of a
-            leg.
-    """
-    unit = (CLOCK.fullmatch(name) or {2: None})[2]
-    if values.ndim != 1 or values.dtype.kind not in "fiuM":
-        raise StudyError(
-            f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}"
-        )
-    missing = np.isnat(values) if values.dtype.kind == "M" else ~np.isfinite(values.astype(float))
-    known = np.flatnonzero(~missing)
-    if len(known) < 2:
-        raise StudyError(f"column {name} has {len(known)} times; a log has many")
-    times = values[known]
-    if times.dtype.kind == "M":
-        times, unit = times.astype("datetime64[ns]").astype(np.int64), "ns"
-    first = times[0]
-    # Without a unit in the column's name the size of the first time tells it.
-    if unit is None:
-        unit = _likely_unit(float(first))
-    start = float(first) * UNITS[unit]
-    # The difference first: nanoseconds since 1970 have more digits than a double.
-    time = (times - first).astype(float) * UNITS[unit]
-    steps = np.diff(time)
-    if (steps < 0.0).any():
-        row = int(np.argmax(steps < 0.0)) + 1
-        raise StudyError(
-            f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one "
-            "clock, so sort its rows, or give the recordings separately"
-        )
-    distinct = np.concatenate([[True], steps > SAME_TIME])
-    for count, what in (
-        (int(missing.sum()), "no time"),
-        (int((~distinct).sum()), "the time of the sample before them"),
-    ):
-        if count:
-            remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
-    if not (steps > 0.0).any():
-        raise StudyError(f"all samples of column {name} have one time; a log has many")
-    # In a wrong unit all steps may be so short that they count as one time.
-    rises = distinct[1:] if distinct[1:].any() else steps > 0.0
-    _refuse_period(name, float(np.median(steps[rises])))
-    return start, time[distinct], known[distinct]
-
-
-def _likely_unit(first: float) -> str:
-    """The largest unit in which a first time is below 1e11 s; nanoseconds if there is none."""
-    for unit, size in zip(UNITS, (1.0, 1e3, 1e6, 1e9), strict=True):
-        if first < 1e3 * EPOCH * size:
-            return unit
-    return "ns"
-
-
-def _refuse_period(name: str, period: float) -> None:
-    """Refuse a median time between samples [s] in which the motion of a leg is not seen."""
-    if 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
-        return
-    distance = "near" if period < 1.0 / FASTEST else "far"
-    raise StudyError(
-        f"the samples are {period:.3g} s apart, too {distance} for the motion of a leg; if "
-        f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
-    )

@@ -1,6 +1,6 @@
 """Read a table of recorded landings, in which a row is a touchdown.
 
-`column_names` says what its columns are called.
+`column_meaning` says what its columns are called.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,8 +14,8 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.logs.cells import RowMessages
-from shockpc.wings.recordings.logs.column_names import FRICTION, LABELS, named_columns
-from shockpc.wings.recordings.logs.contact_columns import row_friction, row_scenes
+from shockpc.wings.recordings.logs.column_meaning import FRICTION, LABELS, named_columns
+from shockpc.wings.recordings.logs.row_scenes import row_friction, row_scenes
 from shockpc.wings.recordings.logs.rows import Measured, RecordedRows, contacts_of
 from shockpc.wings.recordings.logs.state import (
     ANGLES,

@@ -15,7 +15,7 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers, unit_quaternions
-from shockpc.wings.recordings.logs.column_names import (
+from shockpc.wings.recordings.logs.column_meaning import (
     CONTACT_VELOCITY,
     REMARKS,
     ColumnName,
@@ -88,7 +88,7 @@ def read_columns(
     """Read the columns of a table that are of its robot.
 
     Args:
-        columns: by the names that `column_names` describes.
+        columns: by the names that `column_meaning` describes.
         robot: the robot.
         messages: get the rows of which a cell is no number.
 

@@ -22,7 +22,7 @@ from shockpc.landing.scenes.scene_fields import options_of
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
-from shockpc.wings.recordings.logs.landings import recorded_landings
+from shockpc.wings.recordings.logs.evaluation import recorded_landings
 from shockpc.wings.recordings.logs.reader import rows_of
 from shockpc.wings.recordings.recorded.report import recorded_report
 from shockpc.wings.recordings.recorded.study import compare_measured, refuse_unused

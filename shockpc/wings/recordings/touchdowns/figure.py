@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
 from shockpc.show.wording import robot_name
 from shockpc.text.printed import count, printable
-from shockpc.wings.recordings.touchdowns.study import Touchdown, Touchdowns
+from shockpc.wings.recordings.touchdowns.touchdowns import Touchdown, Touchdowns
 
 PANELS, COLUMNS = 6, 3
 """Most touchdowns that are drawn by themselves, and how many of them beside each other."""

@@ -10,7 +10,7 @@ from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import robot_line
 from shockpc.text.printed import count, few
-from shockpc.wings.recordings.touchdowns.study import Touchdowns
+from shockpc.wings.recordings.touchdowns.touchdowns import Touchdowns
 
 ROWS = 12
 """Landings that are shown on a terminal."""

@@ -15,7 +15,7 @@ from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers
-from shockpc.wings.recordings.logs.column_names import FRICTION
+from shockpc.wings.recordings.logs.column_meaning import FRICTION
 
 ContactVelocities = Mapping[tuple[str, int], Array]
 """Velocities (n,) of contacts that a table gives, by frame and world axis [m/s].
