@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 
 from shockpc.cli.options import SceneOptions
 from shockpc.evaluation.declare import declaration
-from shockpc.evaluation.variations.kinds.contacts import OFFSETS, Offset
-from shockpc.evaluation.variations.kinds.posture import ATTITUDES, Attitude
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.selection import select
@@ -47,12 +45,6 @@ NEEDED_BY = (
         lambda entry: entry.of == "part" or entry.key == "joint_torque_share",
     ),
 )
-
-BY_JOINT = {"joint": "set", "armature": "armature", "joint-stiffness": "joint-stiffness"}
-"""Options that give a value by joint, by the kind of what varies."""
-
-BY_AXIS: Mapping[str, tuple[Attitude | Offset, ...]] = {"base-rpy": ATTITUDES, "offset": OFFSETS}
-"""Options of three numbers, with the kinds that vary one of them."""
 
 
 def refuse_unasked(
@@ -103,30 +95,26 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variatio
     Raises:
         StudyError: an option has no effect.
     """
-    targets: dict[str, list[str]] = {}
-    for varying in varied:
-        if not varying.factor:
-            targets.setdefault(varying.kind.word, []).append(varying.target)
     ignored: list[str] = []
-    # A rotor of which the inertia varies keeps the gear ratio and the spring that are given.
-    for kind, option in BY_JOINT.items():
-        joints: set[str] = set()
-        for target in targets.get(kind, ()):
-            joints.update(robot.match_joints(target))
+    varied_joints: dict[str, set[str]] = {}
+    for varying in varied:
+        option, axis = varying.kind.option, varying.kind.axis
+        if varying.factor or not option:
+            continue
+        value = options.value(option)
+        if varying.kind.of == "JOINT":
+            joints = varied_joints.setdefault(option, set())
+            joints.update(robot.match_joints(varying.target))
+        elif axis >= 0:
+            # Of three numbers, one that varies.
+            if value and value[axis]:
+                ignored.append(f"--{option}")
+        elif value not in (None, ()):
+            ignored.append(f"--{option}")
+    for option, joints in varied_joints.items():
         for pattern, *_ in options.value(option):
             if joints.issuperset(robot.match_joints(pattern)):
                 ignored.append(f"--{option} {pattern}")
-    for option, kinds in BY_AXIS.items():
-        vector = options.value(option) or (0.0, 0.0, 0.0)
-        for of_axis in kinds:
-            if vector[of_axis.axis] and of_axis.word in targets:
-                ignored.append(f"--{option}")
-    # Numbers of a scene, whose kinds have the names of the options.
-    for kind in targets:
-        if options.given.get(kind.replace("-", "_")) is not None:
-            ignored.append(f"--{kind}")
-    if options.contact and "contact" in targets:
-        ignored.append("--contact")
     if ignored:
         raise StudyError(
             f"{', '.join(ignored)} has no effect, because the value varies from landing to "

@@ -17,8 +17,7 @@ from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.terms import Term, terms_of
-from shockpc.evaluation.variations.kinds.registry import KINDS
-from shockpc.evaluation.variations.kinds.strike import StrikeAngle
+from shockpc.evaluation.variations.kinds.registry import kind_and_target
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
 from shockpc.evaluation.variations.vary import Vary, pairs
@@ -149,11 +148,8 @@ class ShockCost:
 
     def _has_formulas(self, landings: Mapping[str, PosedLanding]) -> bool:
         """True if there are formulas for all derivatives."""
-        # They are of a strike at constant speed, which that of a drop at another angle is not.
-        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         for varied in self.variations:
-            turns = isinstance(varied.kind, StrikeAngle) and not dropped
-            if not (varied.moves or turns):
+            if not all(map(varied.kind.has_derivatives, self.scenes.values())):
                 return False
         if next(iter(landings.values())).loops:
             return False
@@ -349,9 +345,8 @@ def _prepared(
     """The scenes in which some subjects vary."""
     prepared = dict(scenes)
     for subject, _ in variables:
-        kind = KINDS.get(subject)
-        if kind is not None:
-            prepared = {name: kind.prepared(scene) for name, scene in prepared.items()}
+        kind, _ = kind_and_target(subject)
+        prepared = {name: kind.prepared(scene) for name, scene in prepared.items()}
     return prepared
 
 

@@ -107,15 +107,10 @@ def varied_text(name: str, unit: str) -> str:
 
     Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values.
     """
-    from shockpc.evaluation.variations.kinds.registry import KINDS
+    from shockpc.evaluation.variations.kinds.registry import kind_and_target
 
-    word, _, target = name.partition(":")
-    kind = KINDS.get(word)
-    if kind is not None and bool(kind.of) == bool(target):
-        what = kind.title or word.replace("-", " ")
-        return printable(f"{what} of {target}", 60) if target else what
-    what = {"deg": "angle of ", "m": "position of "}.get(unit, "") + "all " * ("*" in name)
-    return printable(what + name.removeprefix("joint:"), 60)
+    kind, target = kind_and_target(name)
+    return printable(kind.in_words(target, unit), 60)
 
 
 def size_at_place(text: str, column: "Column") -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import Any
 
-from shockpc.evaluation.variations.kinds.contacts import CONTACT
 from shockpc.evaluation.variations.vary import refuse_repeated, variation
 from shockpc.landing.contact import contact_name
 from shockpc.landing.scenes.scene import Scene
@@ -30,7 +29,7 @@ def scene_grid(
     variations = [variation(robot, subject, values) for subject, values in vary]
     refuse_repeated(robot, variations)
     names_contact = name == contact_name(scene)
-    replaced = names_contact and any(varied.kind == CONTACT for varied in variations)
+    replaced = names_contact and any(varied.kind.names_contacts for varied in variations)
     scenes = {"" if replaced else name: scene}
     for varied in variations:
         subject = varied.subject

@@ -3,14 +3,16 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.variations.row_arrays import RowInertias, RowPostures, RowStrikes
 from shockpc.evaluation.variations.typed_values import CUT, FORM, Law, Values, values_from
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.scene import Scene
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -23,6 +25,23 @@ Factors = Literal["never", "also", "only"]
 
 Options: TypeAlias = list[tuple[str, str]] | None
 """Options of `shockpc analyze` with their texts; None where no option sets a value."""
+
+RADIAN = math.degrees(1.0)
+
+
+class Scale(NamedTuple):
+    """The values with which changes of a quantity are compared.
+
+    Attributes:
+        size: that of a difference [its unit].
+        amount: of which 1 % is the step that is shown, unless that is an angle or a length [its
+            unit].
+        away: a number with the sign of the direction away from zero.
+    """
+
+    size: float
+    amount: float
+    away: float
 
 
 @dataclass(frozen=True)
@@ -46,6 +65,14 @@ class Kind:
             computes them.
         lasting: whether it has an effect only on a landing that lasts.
         of_robot: whether it changes the robot itself, so that no scene contains it.
+        changes_lengths: whether it changes lengths of links, and so how loops close.
+        of_drives: whether it is of the drives of joints.
+        of_rotors: whether it is the inertia of rotors, before or after the gear.
+        of_ground: whether it is of the ground.
+        names_contacts: whether its values are names of contacts, and no numbers.
+        option: the option of commands that gives the value; of `of` "JOINT" by joint. Empty where
+            none does, or where it gives more than that.
+        axis: which of the three numbers of the option it is; -1 if the option is one number.
     """
 
     word: str
@@ -61,11 +88,27 @@ class Kind:
     inertial: bool = False
     lasting: bool = False
     of_robot: bool = False
+    changes_lengths: bool = False
+    of_drives: bool = False
+    of_rotors: bool = False
+    of_ground: bool = False
+    names_contacts: bool = False
+    option: str = ""
+    axis: int = -1
 
     @property
     def form(self) -> str:
         """The kind as it is typed, such as "speed" or "mass:LINK"."""
         return f"{self.word}:{self.of}" if self.of else self.word
+
+    def subject(self, target: str) -> str:
+        """The subject of the kind with a target, as it is typed."""
+        return f"{self.word}:{target}" if self.of else self.word
+
+    def in_words(self, target: str, unit: str) -> str:
+        """The quantity in words. Args: unit, of its values."""
+        words = self.title or self.word.replace("-", " ")
+        return f"{words} of {target}" if target else words
 
     def stage(self, factor: bool) -> int:
         """The stage at which a change is computed.
@@ -113,6 +156,13 @@ class Kind:
         """The unit of values that are not factors."""
         return self.unit
 
+    def check_robot(self, robot: Robot, subject: str) -> None:
+        """Refuse a robot on which the kind has no meaning.
+
+        Raises:
+            StudyError: it has none.
+        """
+
     def check(self, robot: Robot, varied: "Variation", smallest: float) -> None:
         """Refuse names that mean nothing, and values that are not possible.
 
@@ -132,9 +182,18 @@ class Kind:
         if not self.of:
             return (varied,)
         return tuple(
-            replace(varied, subject=f"{self.word}:{name}", target=name)
+            replace(varied, subject=self.subject(name), target=name)
             for name in self.names(robot, varied)
         )
+
+    def settable(self, robot: Robot, target: str) -> tuple[Joint, ...]:
+        """The joints whose position is the value; none unless the kind is that of positions.
+
+        Raises:
+            UnknownName: the robot has no such joint.
+            StudyError: one of the joints has no position that could be set.
+        """
+        return ()
 
     def sets(self, robot: Robot, varied: "Variation") -> Iterable[str]:
         """Names of what has the value, which no other quantity may vary too."""
@@ -168,6 +227,10 @@ class Kind:
         """
         return scene
 
+    def from_closed(self, varied: "Variation", scene: Scene, robot: Robot, q: Array) -> Scene:
+        """The scene from which a change begins, where closing loops has given a configuration q."""
+        return scene
+
     def robot_changes(self, varied: "Variation", robot: Robot, value: Any) -> list[Change]:
         """The changes of the robot itself; none if the value is one of the scene."""
         return []
@@ -175,6 +238,45 @@ class Kind:
     def present(self, varied: "Variation", landing: PosedLanding) -> Iterable[float | None]:
         """The values that a landing has [its unit]; None and NaN where it has none."""
         return ()
+
+    def set_posture(self, varied: "Variation", rows: RowPostures, x: Array) -> None:
+        """Change the postures of rows, of a kind that moves.
+
+        Args: x (n,), values [m, rad]; NaN leaves a row as it is.
+        """
+
+    def set_inertia(self, varied: "Variation", rows: RowInertias, x: Array) -> None:
+        """Change the inertias of rows, of an inertial kind.
+
+        Args: x (n,), values; NaN leaves a row as it is.
+        """
+
+    def set_strike(self, rows: RowStrikes, x: Array) -> None:
+        """Change the strikes of rows, of a kind of stage 2.
+
+        Args: x (...), values [m/s, rad]; NaN leaves a row as it is.
+        """
+
+    def has_derivatives(self, scene: Scene) -> bool:
+        """True if there are formulas for derivatives by it in a landing."""
+        return self.moves
+
+    def usual(self, landing: PosedLanding) -> Iterable["Variation"]:
+        """The quantities of this kind by which a sensitivity is computed if none is named."""
+        return ()
+
+    def lowest(self, varied: "Variation", robot: Robot) -> float:
+        """The value below which none is possible."""
+        return 0.0 if self.nonnegative or varied.factor else -math.inf
+
+    def scale(self, varied: "Variation", landing: PosedLanding, value: float) -> Scale:
+        """The values with which changes of a present value are compared."""
+        size = abs(value) or 1.0
+        if varied.unit == "m":
+            size = landing.length
+        elif varied.unit == "deg":
+            size = RADIAN
+        return Scale(size, size, value)
 
     def options(self, varied: "Variation", value: Any, scene: Scene, base: Scene) -> Options:
         """Options of `shockpc analyze` that set a value.
@@ -260,6 +362,15 @@ class Variation:
         if not values or not min(values) < max(values):
             raise StudyError(f"{self.subject} has no range; give it as {self.subject}=LOW:HIGH")
         return min(values), max(values)
+
+    @property
+    def per_unit(self) -> float:
+        """Factor from a value in radians or SI units to the unit in which it is typed."""
+        return RADIAN if self.unit == "deg" else 1.0
+
+    def in_radians(self, values: Array) -> Array:
+        """Values as typed (n,), angles in radians."""
+        return np.radians(values) if self.unit == "deg" else values
 
     @property
     def column(self) -> str:

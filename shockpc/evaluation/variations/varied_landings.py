@@ -16,9 +16,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.variations.kinds.contacts import ContactNames
-from shockpc.evaluation.variations.kinds.posture import JointMotion, JointPosition, motion_range
-from shockpc.evaluation.variations.row_arrays import configurations, inertias, velocities
+from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, motion_range
+from shockpc.evaluation.variations.row_arrays import RowInertias, RowPostures, RowStrikes
 from shockpc.evaluation.variations.row_values import (
     RowValues,
     equal_rows,
@@ -86,7 +85,7 @@ class VariedLandings:
     def __post_init__(self) -> None:
         """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
         scene = prepared(self.scene, self.variations)
-        if not any(isinstance(varied.kind, ContactNames) for varied in self.variations):
+        if not any(varied.kind.names_contacts for varied in self.variations):
             scene = self._definite(scene)
         object.__setattr__(self, "scene", scene)
 
@@ -102,7 +101,7 @@ class VariedLandings:
         """The contacts by the values of what varies, each resolved in the posture of the scene."""
         contacts = {}
         for varied in self.variations:
-            if not isinstance(varied.kind, ContactNames):
+            if not varied.kind.names_contacts:
                 continue
             for value in varied.values:
                 scene, _ = varied.applied(self.scene, self.robot, value)
@@ -159,7 +158,7 @@ class VariedLandings:
     @property
     def _rows_of_a_chunk(self) -> int:
         """Largest number of rows of a chunk: fewer of large robots, and of separate landings."""
-        others = [varied for varied in self.axes if not isinstance(varied.kind, ContactNames)]
+        others = [varied for varied in self.axes if not varied.kind.names_contacts]
         of_landings = any(varied.stage == 0 for varied in others)
         if self.separate or (self.sample is not None and of_landings):
             return FEWEST_ROWS
@@ -188,9 +187,7 @@ class VariedLandings:
     @property
     def opens(self) -> bool:
         """True if a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None or any(
-            varied.kind.word == "friction" for varied in self.variations
-        )
+        return self.base_scene.friction is not None
 
     @property
     def base_scene(self) -> Scene:
@@ -319,11 +316,12 @@ class VariedLandings:
 
     def _postures(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
         """Configurations (n, nq) of rows of a chunk; the landing's if loops have to be closed."""
-        moved: dict[Variation, Array] = {}
+        postures = RowPostures(landing, len(rows))
         for varied, x in values.items():
             if varied.moves and not self.separate:
-                moved[varied] = x[rows, 0].astype(float)
-        return configurations(landing, moved, len(rows))
+                of_rows = x[rows, 0].astype(float)
+                varied.kind.set_posture(varied, postures, varied.in_radians(of_rows))
+        return postures.configurations()
 
     def _inertias(
         self, landing: PosedLanding, values: RowValues, rows: np.ndarray
@@ -342,7 +340,10 @@ class VariedLandings:
                 varying[varied] = of_rows
         if not varying:
             return None, {}
-        of_robots, possible = inertias(landing, varying)
+        of_landing = RowInertias(landing, len(rows))
+        for varied, of_rows in varying.items():
+            varied.kind.set_inertia(varied, of_landing, of_rows)
+        of_robots, possible = of_landing.inertias()
         refused: dict[int, ShockError] = {}
         for i in np.flatnonzero(~possible).tolist():
             try:
@@ -353,16 +354,17 @@ class VariedLandings:
 
     def _strikes(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
         """Velocities (n, S, 3) of the base before the impact in some rows of a chunk [m/s]."""
-        varying: dict[str, np.ndarray] = {}
-        for varied, x in values.items():
-            if varied.stage == 2:
+        varying = {varied: x for varied, x in values.items() if varied.stage == 2}
+        velocity = landing.before.velocity
+        if varying:
+            strikes = RowStrikes(landing)
+            for varied, x in varying.items():
                 # On a grid all postures have the same strikes.
-                varying[varied.kind.word] = x if self.sample is None else x[rows]
-        if varying or len(self.struck) < 2:
-            velocity = velocities(landing, varying)
-        else:
-            strikes = self.struck.values()
-            velocity = np.array([strike.vector(landing.plane) for strike in strikes])
+                of_rows = x if self.sample is None else x[rows]
+                varied.kind.set_strike(strikes, varied.in_radians(of_rows))
+            velocity = strikes.velocities()
+        elif len(self.struck) > 1:
+            velocity = np.array([one.vector(landing.plane) for one in self.struck.values()])
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
     def _case(self, choice: Mapping[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
@@ -375,27 +377,22 @@ class VariedLandings:
             scene = replace(scene, strike=list(self.struck.values())[strike])
         choice = {varied: value for varied, value in choice.items() if not _is_nan(value)}
         # Contacts come first, because others change those that are struck.
-        contacts_first = sorted(
-            choice, key=lambda varied: not isinstance(varied.kind, ContactNames)
-        )
+        contacts_first = sorted(choice, key=lambda varied: not varied.kind.names_contacts)
         changes: list[Change] = []
         for varied in contacts_first:
             value = choice[varied]
-            if isinstance(varied.kind, ContactNames):
+            if varied.kind.names_contacts:
                 scene = replace(scene, contact=self.contacts[str(value)])
             elif varied.kind.of_robot:
                 changes += varied.kind.robot_changes(varied, robot, value)
             else:
-                # A motion begins where closing the loops has put the joints.
-                if isinstance(varied.kind, JointMotion) and self.separate:
-                    scene = varied.kind.with_coordinates_of(
-                        varied, scene, robot, self.first.q, replaces=False
-                    )
+                # `separate` asks for the first landing, and so for a case without motion.
+                if varied.moves and self.separate:
+                    scene = varied.kind.from_closed(varied, scene, robot, self.first.q)
                 scene, robot = varied.applied(scene, robot, value)
         if changes:
             # All at once, because each changed robot reads the places of its frames anew.
             robot = changed(robot, changes)
-        # `separate` asks for the first landing, and so for a case without motion.
         if any(varied.moves for varied in choice) and self.separate:
             scene = self._with_closed_loops(scene)
             _refuse_moved(scene, robot, choice)
@@ -423,9 +420,7 @@ def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -
         StudyError: there is one.
     """
     for varied, value in choice.items():
-        if not isinstance(varied.kind, JointPosition):
-            continue
-        for joint in varied.kind.joints(robot, varied):
+        for joint in varied.kind.settable(robot, varied.target):
             closed = scene.posture.joints_deg.get(joint.name, value)
             if abs(closed - value) > MOVED:
                 raise StudyError(
@@ -468,11 +463,12 @@ def varied_landings(
     if lhs and sample is None:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
     stated = any(
-        isinstance(varied.kind, JointPosition) or varied.uncertain for varied in variations
+        varied.uncertain or varied.kind.settable(robot, varied.target) for varied in variations
     )
     if sample is not None and not keep_joints and not stated:
         variations += [
-            read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints
+            JOINT_POSITION.read(robot, f"joint:{joint.name}", joint.name, None)
+            for joint in robot.independent_joints
         ]
     if not variations:
         raise StudyError(

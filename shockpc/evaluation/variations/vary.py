@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
-from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, Attitude
-from shockpc.evaluation.variations.kinds.registry import KINDS, WORDS
+from shockpc.evaluation.variations.kinds.registry import WORDS, kind_and_target
 from shockpc.evaluation.variations.variation import Kind, Variation
 from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.robot import Robot
@@ -54,25 +53,13 @@ def kind_of(robot: Robot, subject: str) -> tuple[Kind, str]:
         UnknownName: the robot has no such joint.
         StudyError: the subject names nothing, or the base of the robot is fixed.
     """
-    word, colon, target = subject.partition(":")
-    if word == "joint" and colon:
-        return JOINT_POSITION, target
-    kind = KINDS.get(word)
-    if kind is not None and kind.of:
-        if target:
-            return kind, target
-        if colon:
-            raise StudyError(f"{subject} names nothing; write {kind.form}")
+    kind, target = kind_and_target(subject)
+    if target == subject:
+        robot.match("joint or quantity", subject, robot.joint_names, WORDS)
+    elif kind.of and not target:
         raise StudyError(f"{subject} names no {kind.of.lower()}; write {kind.form}=VALUES")
-    if kind is not None and not colon:
-        if isinstance(kind, Attitude) and not robot.free_base:
-            raise StudyError(
-                f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot '
-                f"be turned"
-            )
-        return kind, ""
-    robot.match("joint or quantity", subject, robot.joint_names, WORDS)
-    return JOINT_POSITION, subject
+    kind.check_robot(robot, subject)
+    return kind, target
 
 
 def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:

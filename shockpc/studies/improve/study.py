@@ -20,7 +20,6 @@ from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variations.kinds.joints import OfDrive
 from shockpc.evaluation.variations.kinds.posture import motion_range
 from shockpc.evaluation.variations.scene_grid import scene_grid
 from shockpc.evaluation.variations.vary import Vary, pairs
@@ -311,7 +310,7 @@ def improve(
         runs = _runs(cost, starts, seed)
     improvement = _improvement(cost, runs, seed, tuple(chosen), trace)
     # Drives that vary have no ends.
-    if any(isinstance(varied.kind, OfDrive) for varied in cost.variations):
+    if any(varied.kind.of_drives for varied in cost.variations):
         return improvement
     x = improvement.x
     before, after = improvement.values

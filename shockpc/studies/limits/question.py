@@ -7,11 +7,11 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, motion_range
+from shockpc.evaluation.variations.kinds.posture import motion_range
+from shockpc.evaluation.variations.kinds.strike import STRIKE_ANGLE
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.evaluation.variations.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import settable_joints
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import Bound, Strikes
@@ -42,15 +42,6 @@ LEAST_VALUES = 33
 MOST_VALUES = 200_000
 """Largest number of values of a scan."""
 
-NOT_LIMITED = {
-    "strike-angle": "limits are found over strike angles; give their range with --strikes",
-    "contact": (
-        "contacts have names, which have no order; compute each landing, or compare them with "
-        "shockpc sweep"
-    ),
-}
-"""Quantities that a sweep varies but that are not limited, with the reason."""
-
 
 class Varied(NamedTuple):
     """A quantity that varies, with its range.
@@ -74,11 +65,6 @@ class Varied(NamedTuple):
     def unit(self) -> str:
         """Unit of the values: "rad" or "m", or that of another variation."""
         return self.variation.unit.replace("deg", "rad")
-
-    @property
-    def scale(self) -> float:
-        """Factor from a value to the unit in which it is typed, which is that of a sweep."""
-        return math.degrees(1.0) if self.variation.unit == "deg" else 1.0
 
     @property
     def file_limits(self) -> tuple[float, float]:
@@ -149,21 +135,14 @@ def scan_values(varied: Varied, step: float) -> Array:
         StudyError: the step is not possible.
     """
     low, high = varied.span
+    scale = varied.variation.per_unit
     if not step > 0.0 or (high - low) / step > MOST_VALUES:
         raise StudyError(
-            f"a step of {varied.scale * step:g} in a range of {varied.scale * (high - low):g} is "
+            f"a step of {scale * step:g} in a range of {scale * (high - low):g} is "
             f"not possible; give a step above zero that makes at most {MOST_VALUES} postures"
         )
     steps = math.ceil((high - low) / step - 1e-9)
     return np.linspace(low, high, max(LEAST_VALUES, steps + 1))
-
-
-def is_angle(robot: Robot, subject: str) -> bool:
-    """True if what varies is an angle, typed in degrees."""
-    kind, pattern = kind_of(robot, subject)
-    if kind == JOINT_POSITION:
-        return robot.joint(robot.match_joints(pattern)[0]).unit == "rad"
-    return kind.unit == "deg"
 
 
 def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> Varied:
@@ -178,19 +157,27 @@ def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> 
         UnknownName: there is no such joint.
         StudyError: it has no limits, or no range.
     """
-    kind, pattern = kind_of(robot, subject)
-    if kind.word in NOT_LIMITED:
-        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind.word]}")
-    joints: tuple[Joint, ...] = ()
+    kind, target = kind_of(robot, subject)
+    if kind == STRIKE_ANGLE:
+        raise StudyError(
+            f"{subject} has no limits here: limits are found over strike angles; give their range "
+            f"with --strikes"
+        )
+    if kind.names_contacts:
+        raise StudyError(
+            f"{subject} has no limits here: contacts have names, which have no order; compute each "
+            f"landing, or compare them with shockpc sweep"
+        )
     low, high = math.nan, math.nan
     missing = "not given"
-    if kind == JOINT_POSITION:
-        joints = settable_joints(robot, pattern, StudyError)
+    joints = kind.settable(robot, target)
+    if joints:
         low, high = motion_range(joints)
         missing = "without limits in the file"
     if given is not None:
         low, high = given
-    scale = math.degrees(1.0) if is_angle(robot, subject) else 1.0
+    is_angle = kind.unit_of(robot, subject, target) == "deg"
+    scale = math.degrees(1.0) if is_angle else 1.0
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         if math.isfinite(low + high):
             missing = f"{scale * low:.5g}:{scale * high:.5g}"

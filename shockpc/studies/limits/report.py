@@ -12,8 +12,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
 from shockpc.evaluation.unused_ground import NAME_ONE
-from shockpc.evaluation.variations.kinds.contacts import OfGround
-from shockpc.evaluation.variations.kinds.registry import KINDS
+from shockpc.evaluation.variations.kinds.registry import kind_and_target
 from shockpc.show.header import header_lines, other_warning_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
@@ -138,7 +137,8 @@ def _no_dependence(limits: JointLimits) -> list[str]:
     if not _unchanged(limits.scan.numbers):
         return []
     text = f"{limits.target.name} does not depend on {limits.subject} in this range"
-    if isinstance(KINDS.get(limits.subject), OfGround):
+    kind, _ = kind_and_target(limits.subject)
+    if kind.of_ground:
         text += f"; {NAME_ONE}"
     return [text]
 

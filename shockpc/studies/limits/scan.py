@@ -185,7 +185,7 @@ def scanned(
     Raises:
         ShockError: a value is not possible.
     """
-    scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
+    scale = varied.per_unit
     angles = _strike_angles(targets)
     vary = [(varied.subject, scale * values), ("strike-angle", np.degrees(angles))]
     sweep = varied_landings(landing.scene, vary, robot=landing.robot)

@@ -16,7 +16,7 @@ from shockpc.evaluation.declare import study
 from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variations.kinds.joints import OfDrive
+from shockpc.evaluation.variations.vary import kind_of
 from shockpc.landing.scenes.scene import Point, Scene
 from shockpc.landing.scenes.scene_fields import Option
 from shockpc.landing.scenes.scene_file import robot_of, scene_of
@@ -27,7 +27,6 @@ from shockpc.studies.limits.question import (
     Varied,
     bound_from,
     default_step,
-    is_angle,
     refuse_senseless,
     scan_values,
     strike_range,
@@ -139,7 +138,8 @@ class JointLimits:
 
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
-    if not is_angle(robot, given["joint"]):
+    kind, target = kind_of(robot, given["joint"])
+    if kind.unit_of(robot, given["joint"], target) != "deg":
         return given
     in_radians = {
         name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if name in given
@@ -255,7 +255,7 @@ def limits(
     if step is None:
         step = default_step(varied, per_landing)
     modelled = _as_modelled(profile, number, bound, varied, strikes, step)
-    if isinstance(varied.variation.kind, OfDrive):
+    if varied.variation.kind.of_drives:
         return modelled
 
     # The same question with the drives at both ends of what is known.
@@ -279,6 +279,7 @@ def _as_modelled(
     """The limits with the drives as modelled; the arguments are attributes of the result."""
     landing = profile.landing
     values = scan_values(varied, step)
+    present = varied.variation.present(landing) / varied.variation.per_unit
     targets = strike_targets(landing.strike_angle, strikes)
     scan = scanned(landing, varied.variation, number, bound, values, targets)
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
@@ -293,7 +294,7 @@ def _as_modelled(
         bound=bound,
         range=varied.span,
         file_limits=varied.file_limits,
-        present=(varied.variation.present(landing) / varied.scale, landing.strike_angle),
+        present=(present, landing.strike_angle),
         strikes=strikes,
         step=step,
         scan=scan,

@@ -4,7 +4,7 @@ They are differences of the rows of a sweep beside a landing.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,25 +14,12 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
-from shockpc.evaluation.variations.kinds.joints import ARMATURE
-from shockpc.evaluation.variations.kinds.links import (
-    CENTRES,
-    ENTRIES,
-    INERTIA,
-    LINK_PROPERTIES,
-    POINT_MASS,
-    LinkProperty,
-)
 from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.variations.kinds.registry import KINDS
-from shockpc.evaluation.variations.kinds.strike import STRIKE_ANGLE
-from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.variation import Target, Variation
 from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import COMPONENTS
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.bodies_and_joints import Joint
-from shockpc.robot.changes import link_inertia, links_with_mass
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
 """First step of a difference as a share of the parameter's size, its refinement, and their number.
@@ -72,8 +59,6 @@ One-sided ones are taken where less than none would be left on the other side.
 
 EPSILON = float(np.finfo(float).eps)
 
-RADIAN = math.degrees(1.0)
-
 ABSOLUTE_STEPS = {"deg": 1.0, "m": 1e-3}
 """The steps that are shown of angles and lengths [deg, m]; others are 1 % of what they are of."""
 
@@ -110,21 +95,6 @@ class Parameter(NamedTuple):
     lowest: float
 
 
-class _Scale(NamedTuple):
-    """The values with which changes of a parameter are compared.
-
-    Attributes:
-        size: that of a difference [its unit].
-        amount: of which 1 % is the step that is shown, unless that is an angle or a length [its
-            unit].
-        away: a number with the sign of the direction away from zero.
-    """
-
-    size: float
-    amount: float
-    away: float
-
-
 def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     """The parameter of a landing that a sweep varies.
 
@@ -138,14 +108,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     kind = varied.kind
     kind.refuse_scene(landing.scene)
     value = varied.present(landing)
-    scale = _scale(landing, varied, value)
-    lowest = -math.inf
-    if kind.nonnegative or varied.factor:
-        lowest = 0.0
-    elif kind == POINT_MASS:
-        lowest = -link_inertia(landing.robot, varied.target).mass
-    if kind == STRIKE_ANGLE and landing.plane.level:
-        value = math.nan
+    scale = kind.scale(varied, landing, value)
     return Parameter(
         varied=varied,
         value=value,
@@ -153,87 +116,23 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
         step=ABSOLUTE_STEPS.get(varied.unit, 0.01 * scale.amount),
         relative=varied.unit not in ABSOLUTE_STEPS,
         away=math.copysign(1.0, scale.away or 1.0),
-        lowest=lowest,
+        lowest=kind.lowest(varied, landing.robot),
     )
 
 
-def _scale(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
-    """The values with which changes of a parameter with a present value are compared."""
-    kind = varied.kind
-    is_factor_of_mass = varied.factor and kind not in (*CENTRES, *ENTRIES)
-    if isinstance(kind, LinkProperty) and not is_factor_of_mass:
-        return _scale_of_link(landing, varied, value)
-    if kind == ARMATURE and not varied.factor:
-        v = landing.robot.joint(varied.target).v.start
-        H = landing.state.H[0]
-        # The inertia that the joint moves; with all others free it resists by less.
-        moved = 1.0 / float(np.linalg.inv(H)[v, v])
-        return _Scale(moved, value or float(H[v, v]), value)
-    size = abs(value) or 1.0
-    if varied.unit == "m":
-        size = landing.length
-    elif varied.unit == "deg":
-        size = RADIAN
-    return _Scale(size, size, value)
+def _usual(landing: PosedLanding) -> list[Variation]:
+    """The quantities that vary if none is named: link by link, then of joints, then the strike."""
+    usual: list[Variation] = []
+    for kind in (*KINDS.values(), JOINT_POSITION):
+        usual += kind.usual(landing)
+    links = {link: k for k, link in enumerate(landing.robot.links)}
 
+    def order(varied: Variation) -> tuple[int, int]:
+        targets: tuple[Target, ...] = ("LINK", "JOINT", "")
+        of = varied.kind.of
+        return targets.index(of), links[varied.target] if of == "LINK" else 0
 
-def _scale_of_link(landing: PosedLanding, varied: Variation, value: float) -> _Scale:
-    """The scale, as in `_scale`, of a centre of mass, an entry of an inertia, or a mass.
-
-    The body's inertia holds all links that are fixed to one another.
-    """
-    robot, kind = landing.robot, varied.kind
-    body = robot.frames[varied.target].body
-    link = link_inertia(robot, varied.target)
-    if kind in CENTRES:
-        size = float(robot.gyration[body]) or landing.length
-        return _Scale(size, size, float(link.lever["xyz".index(kind.word[-1])]))
-    if kind in ENTRIES:
-        row, column = ("xyz".index(axis) for axis in kind.word[-2:])
-        size = float(np.trace(robot.inertias[body])) / 3.0
-        amount = float(np.trace(link.inertia)) / 3.0
-        return _Scale(size, amount, float(link.inertia[row, column]))
-    return _Scale(link.mass, link.mass, value)
-
-
-def _every(landing: PosedLanding) -> Iterator[Variation]:
-    """The quantities that vary if none is named: of links, then of joints, then the strike."""
-    robot = landing.robot
-    for link in links_with_mass(robot, "*"):
-        for kind in LINK_PROPERTIES:
-            if kind != INERTIA:
-                yield Variation(f"{kind.word}:{link}", kind, link, kind.unit)
-    joints = [robot.joint(name) for name in robot.joint_names if name not in robot.followers]
-    yield from _armatures(landing, joints)
-    for joint in joints:
-        if joint.axis is not None:
-            unit = joint.unit.replace("rad", "deg")
-            yield Variation(joint.name, JOINT_POSITION, joint.name, unit)
-        for word in COMPONENTS.get(joint.kind, ()):
-            yield Variation(f"{word}:{joint.name}", KINDS[word], joint.name, KINDS[word].unit)
-    if not landing.plane.level:
-        yield Variation("strike-angle", STRIKE_ANGLE, "", "deg")
-
-
-def _armatures(landing: PosedLanding, joints: Sequence[Joint]) -> Iterator[Variation]:
-    """The reflected inertias of the joints that are not locked.
-
-    A factor keeps the rotor, with its gear and its spring; another inertia would leave them out.
-    """
-    model = landing.joint_model
-    with_rotor: set[str] = set()
-    for pattern in landing.scene.joints.rotor:
-        with_rotor.update(landing.robot.match_joints(pattern))
-    for joint in joints:
-        if model.locked[joint.v].all():
-            continue
-        unit = ARMATURE.unit_of_prismatic
-        if joint.unit == "rad":
-            unit = ARMATURE.unit_of_revolute
-        factor = joint.name in with_rotor or bool(model.per_turn[joint.v].any())
-        if factor:
-            unit = "-"
-        yield Variation(f"armature:{joint.name}", ARMATURE, joint.name, unit, factor=factor)
+    return sorted(usual, key=order)
 
 
 def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[str, Parameter]:
@@ -242,7 +141,7 @@ def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[
     An inertia that a link lacks does not change.
     """
     parameters = {}
-    for varied in chosen or _every(landing):
+    for varied in chosen or _usual(landing):
         parameter = _parameter(landing, varied)
         if chosen or parameter.step > 0.0:
             parameters[varied.subject] = parameter

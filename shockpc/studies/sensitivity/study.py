@@ -23,8 +23,6 @@ from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variations.kinds.contacts import ContactNames
-from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.evaluation.variations.vary import (
     Vary,
@@ -355,7 +353,7 @@ def _single(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     Raises:
         StudyError: it has no derivative, or no range.
     """
-    if isinstance(varied.kind, ContactNames):
+    if varied.kind.names_contacts:
         raise StudyError(
             "contacts have names and no derivative; compute each landing with shockpc sweep"
         )
@@ -404,9 +402,7 @@ def _changes(
             parts = {name: 1.0}
             changes[name] = ParameterChange(name, parameter.value, unit, step, share, parts)
             continue
-        together = pattern
-        if varied.kind != JOINT_POSITION:
-            together = f"{varied.kind.word}:{pattern}"
+        together = varied.kind.subject(pattern)
         weight = parameter.away
         if parameter.relative:
             # Of a share of its amount.

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from shockpc.evaluation.column import Column, ground_columns, selected
-from shockpc.evaluation.variations.kinds.contacts import CONTACT
 from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.scenes.scene import Point
@@ -97,7 +96,7 @@ def _varied_contacts(study: VariedLandings) -> int:
     """The largest number of contacts of a row where the contacts vary; 0 where they do not."""
     most = 0
     for varied in study.variations:
-        if varied.kind == CONTACT:
+        if varied.kind.names_contacts:
             most = max(most, *(str(value).count("+") + 1 for value in varied.values))
     return most
 

@@ -9,7 +9,8 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study_command import help_of, study_arguments, study_options
 from shockpc.cli.unused_options import refuse_unasked, refuse_varied
-from shockpc.evaluation.variations.kinds.contacts import CONTACT
+from shockpc.evaluation.variations.kinds.registry import kind_and_target
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.landing.contact import contact_name
 from shockpc.studies.sweep.report import sweep_report
 from shockpc.studies.sweep.study import sweep as study
@@ -29,9 +30,11 @@ def sweep(
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
-    contacts = [
-        values for name, values in typed["vary"] if name == "contact" and values is not None
-    ]
+    contacts = []
+    for subject, values in typed["vary"]:
+        kind, _ = kind_and_target(subject)
+        if kind.names_contacts and values is not None:
+            contacts.append(values)
     # The rows have other contacts, as --contact names them; a scene without any needs one until
     # they are set.
     completed = with_contact(robot, options, contacts[0].split(","))[0] if contacts else options
@@ -44,21 +47,18 @@ def sweep(
             f"with --vary contact={','.join(names)}"
         )
     refuse_unasked(study, options, typed)
-    made = study(
-        scenes[0], robot=loaded, at=scenes[0].point, **study_arguments(study, typed, loaded)
-    )
-    refuse_varied(options, loaded, made.landings.variations)
-    with computed(
-        made, "rows", output.out, rows or (None if output.out is None else "parquet"), run
-    ) as table:
-        landings = made.landings
-        varied = [
-            one
-            for one in landings.variations
-            if landings.sample is not None and one.kind != CONTACT
-        ]
-        summary = summarise(
-            made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2
-        )
+    arguments = study_arguments(study, typed, loaded)
+    evaluation = study(scenes[0], robot=loaded, at=scenes[0].point, **arguments)
+    landings = evaluation.landings
+    refuse_varied(options, loaded, landings.variations)
+    if rows is None and output.out is not None:
+        rows = "parquet"
+    # Of a sample, the numbers with which quantities are correlated; of a small grid, its values.
+    correlated: list[Variation] = []
+    if landings.sample is not None:
+        correlated = [varied for varied in landings.variations if not varied.kind.names_contacts]
+    is_drawn = landings.sample is None and len(landings.variations) <= 2
+    with computed(evaluation, "rows", output.out, rows, run) as table:
+        summary = summarise(evaluation, table, correlated, keep=is_drawn)
         emit(sweep_report(summary), output)
     return exit_code(summary.failed, summary.rows, run.strict, table.defects)

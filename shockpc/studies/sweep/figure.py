@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.variations.kinds.contacts import CONTACT
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.show.figure.style import CURVES, INK, SHOCK, histogram, new_chart, shock_levels
@@ -70,10 +69,10 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     slow, fast = sweep.axes
     shape = len(slow.values), len(fast.values)
     grids = [curve._replace(values=curve.values.reshape(shape)) for curve in values[:MAPS]]
-    if fast.kind == CONTACT:
+    if fast.kind.names_contacts:
         slow, fast = fast, slow
         grids = [grid._replace(values=grid.values.T) for grid in grids]
-    if slow.kind != CONTACT:
+    if not slow.kind.names_contacts:
         return _maps(title, slow, fast, grids)
     panels = {grid.name: _by_contact(slow, grid) for grid in grids}
     return _curves(title, fast, panels, slow.subject)
@@ -82,7 +81,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
 def _title(sweep: VariedLandings) -> str:
     """The robot, and the contacts unless they vary."""
     robot = robot_name(sweep.robot)
-    if any(variation.kind == CONTACT for variation in sweep.variations):
+    if any(variable.kind.names_contacts for variable in sweep.variations):
         return robot
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     return robot + printable(f", landing on {contacts}", 70)
@@ -114,7 +113,7 @@ def _label(extent: Extent) -> str:
 def _axis(variable: Variation) -> str:
     """The name of a variable in words, with its unit."""
     words = varied_text(variable.subject, variable.unit)
-    return words if variable.kind == CONTACT else f"{words} [{variable.unit}]"
+    return f"{words} [{variable.unit}]" if variable.unit else words
 
 
 def _curves(
@@ -132,7 +131,7 @@ def _curves(
     figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
     x: Sequence[float | str] = variable.values
     style: dict[str, Any] = {"linewidth": 1.3}
-    if variable.kind == CONTACT:
+    if variable.kind.names_contacts:
         x = [printable(str(name), 24) for name in variable.values]
         style = {"linestyle": "none"}
     if len(x) <= MOST_MARKERS:

@@ -20,7 +20,7 @@ def warning_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     yield from _infeasible(summary)
     yield from _of_the_scene(summary.evaluation.landings)
     yield from _without_effect(summary)
-    if _stiff(summary.evaluation.landings):
+    if summary.evaluation.landings.base_scene.yields:
         yield LEFT_OUT
         yield from _worst_of_wings(summary)
 
@@ -86,7 +86,7 @@ def _of_the_scene(landings: VariedLandings) -> Iterator[str]:
 def _without_effect(summary: Summary[VariedLandings]) -> Iterator[str]:
     """Remarks on what varies, or a friction, on which no number that is computed depends."""
     landings = summary.evaluation.landings
-    stiff = _stiff(landings)
+    stiff = landings.base_scene.yields
     if not stiff or not any(map(_on_stiffness, summary.evaluation.computed)):
         needed = "--quantity peak_acceleration or peak_force"
         if not stiff:
@@ -95,7 +95,7 @@ def _without_effect(summary: Summary[VariedLandings]) -> Iterator[str]:
             if varied.kind.lasting:
                 yield f"warning: nothing computed here depends on {varied.subject}; {needed} does"
     quantities = [extent.column.selection.quantity for extent in summary.extents]
-    slides = landings.scene.friction is not None or _varies(landings, "friction")
+    slides = landings.base_scene.friction is not None
     if slides and not any(quantity.of_ground(landings.scene) for quantity in quantities):
         yield f"warning: {STICKING}"
 
@@ -120,15 +120,6 @@ def _worst_of_wings(summary: Summary[VariedLandings]) -> Iterator[str]:
         # Of equal ones the first row.
         _, row, text = max(warnings)
         yield f"warning: row {-row} ({row_text(landings, -row)}): {text}"
-
-
-def _stiff(landings: VariedLandings) -> bool:
-    """True if contacts or links of the landings give way."""
-    return landings.scene.yields or _varies(landings, "contact-stiffness")
-
-
-def _varies(landings: VariedLandings, word: str) -> bool:
-    return any(varied.kind.word == word for varied in landings.variations)
 
 
 def _on_stiffness(column: Column) -> bool:

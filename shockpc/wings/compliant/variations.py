@@ -22,6 +22,7 @@ class BendingStiffness(Kind):
     nonnegative: bool = True
     lasting: bool = True
     uncertain: bool = True
+    option: str = "flex"
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         robot.match_bodies(varied.target)
@@ -70,7 +71,7 @@ class BendingStiffness(Kind):
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         changed = [name for name, text in scene.flex.items() if base.flex.get(name) != text]
-        return [("--flex", f"{name}={scene.flex[name]}") for name in changed]
+        return [(f"--{self.option}", f"{name}={scene.flex[name]}") for name in changed]
 
 
 KINDS = (BendingStiffness("flex", "N m²"),)

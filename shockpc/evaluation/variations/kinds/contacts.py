@@ -17,6 +17,9 @@ from shockpc.text.errors import StudyError
 class ContactNames(Kind):
     """The contacts of a landing, by name."""
 
+    names_contacts: bool = True
+    option: str = "contact"
+
     def read(self, robot: Robot, subject: str, target: str, values: Any) -> Variation:
         """The landings whose contacts are named: NAME,NAME, with + between those of one landing."""
         texts: list[Any] = []
@@ -45,14 +48,10 @@ class ContactNames(Kind):
 
 @dataclass(frozen=True)
 class Offset(Kind):
-    """A coordinate of all contact points in the frames of their links [m].
-
-    Attributes:
-        axis: 0, 1 or 2 for x, y or z.
-    """
+    """A coordinate of all contact points in the frames of their links [m]."""
 
     unit: str = "m"
-    axis: int = 0
+    option: str = "offset"
 
     def prepared(self, scene: Scene) -> Scene:
         """The scene whose contacts are points of frames, unless it says otherwise."""
@@ -91,6 +90,7 @@ class OfGround(Kind):
 
     nonnegative: bool = True
     uncertain: bool = True
+    of_ground: bool = True
     field: str = ""
 
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
@@ -101,7 +101,7 @@ class OfGround(Kind):
         return [getattr(landing.scene, self.field)]
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [(f"--{self.word}", repr(float(value)))]
+        return [(f"--{self.option}", repr(float(value)))]
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,8 @@ def _of_record(kind: type[OfGround], record: type) -> tuple[OfGround, ...]:
     for field, option in options_of(record).items():
         if option.varies:
             unit, lasting = option.unit.replace("1", "-"), option.name.endswith("-stiffness")
-            kinds.append(kind(option.name, unit, field=field, lasting=lasting))
+            of_field = kind(option.name, unit, field=field, lasting=lasting, option=option.name)
+            kinds.append(of_field)
     return tuple(kinds)
 
 

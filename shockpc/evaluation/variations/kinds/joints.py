@@ -6,8 +6,17 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.kinds.posture import common_unit
-from shockpc.evaluation.variations.variation import Factors, Kind, Options, Target, Variation
+from shockpc.evaluation.variations.row_arrays import RowInertias
+from shockpc.evaluation.variations.variation import (
+    Factors,
+    Kind,
+    Options,
+    Scale,
+    Target,
+    Variation,
+)
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.joint_options import Joints, Rotor
@@ -36,6 +45,7 @@ class OfDrive(Kind):
     log_factors: bool = True
     nonnegative: bool = True
     uncertain: bool = True
+    of_drives: bool = True
     unit_of_revolute: str = ""
     unit_of_prismatic: str = ""
 
@@ -83,6 +93,8 @@ class Armature(OfDrive):
 
     factors: Factors = "also"
     inertial: bool = True
+    of_rotors: bool = True
+    option: str = "armature"
 
     zero: ClassVar[bool] = True
     example: ClassVar[str] = "0.01:0.1"
@@ -119,9 +131,7 @@ class Armature(OfDrive):
         joints = scene.joints
         model = _given_drives(scene, robot)
         chosen = self.velocities(varied, scene, robot)
-        with_rotor: set[str] = set()
-        for pattern in joints.rotor:
-            with_rotor |= set(robot.match_joints(pattern))
+        with_rotor = _matching(robot, joints.rotor)
         armature: dict[str, float] = {}
         rotor: dict[str, Rotor] = {}
         for name, v in _first_velocities(robot, chosen):
@@ -145,12 +155,46 @@ class Armature(OfDrive):
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         if varied.factor or not value > 0.0:
             return None
-        return [("--armature", f"{varied.target}={float(value)!r}")]
+        return [(f"--{self.option}", f"{varied.target}={float(value)!r}")]
+
+    def set_inertia(self, varied: Variation, rows: RowInertias, x: Array) -> None:
+        velocities = self.velocities(varied, rows.landing.scene, rows.landing.robot)
+        rows.set_armature(velocities, x, varied.factor)
+
+    def usual(self, landing: PosedLanding) -> Iterable[Variation]:
+        """The reflected inertias of the joints that are not locked.
+
+        A factor keeps the rotor, with its gear and its spring; another inertia would leave them
+        out.
+        """
+        robot, model = landing.robot, landing.joint_model
+        with_rotor = _matching(robot, landing.scene.joints.rotor)
+        for name in robot.joint_names:
+            joint = robot.joint(name)
+            if name in robot.followers or model.locked[joint.v].all():
+                continue
+            factor = name in with_rotor or bool(model.per_turn[joint.v].any())
+            unit = "-" if factor else self.unit_of(robot, name, name)
+            yield Variation(self.subject(name), self, name, unit, factor=factor)
+
+    def scale(self, varied: Variation, landing: PosedLanding, value: float) -> Scale:
+        if varied.factor:
+            return super().scale(varied, landing, value)
+        v = landing.robot.joint(varied.target).v.start
+        H = landing.state.H[0]
+        # The inertia that the joint moves; with all others free it resists by less.
+        moved = 1.0 / float(np.linalg.inv(H)[v, v])
+        return Scale(moved, value or float(H[v, v]), value)
 
 
 @dataclass(frozen=True)
 class RotorInertia(OfDrive):
-    """The inertia of rotors about their axes, before the gear [kg m²]."""
+    """The inertia of rotors about their axes, before the gear [kg m²].
+
+    The option for rotors gives their gear ratio and their spring too.
+    """
+
+    of_rotors: bool = True
 
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
         rotors = scene.joints.rotor
@@ -165,6 +209,7 @@ class JointStiffness(OfDrive):
 
     factors: Factors = "also"
     lasting: bool = True
+    option: str = "joint-stiffness"
 
     example: ClassVar[str] = "100:1000"
 
@@ -243,7 +288,7 @@ class JointStiffness(OfDrive):
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         if varied.factor or scene.joints.rotor != base.joints.rotor:
             return None
-        return [("--joint-stiffness", f"{varied.target}={float(value)!r}")]
+        return [(f"--{self.option}", f"{varied.target}={float(value)!r}")]
 
 
 @dataclass(frozen=True)
@@ -255,6 +300,7 @@ class JointPlace(Kind):
     nonnegative: bool = True
     uncertain: bool = True
     of_robot: bool = True
+    changes_lengths: bool = True
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         robot.match_joints(varied.target)
@@ -299,6 +345,14 @@ def _given_drives(scene: Scene, robot: Robot) -> JointModel:
     if joints.model == "rigid":
         joints = replace(joints, model=None)
     return joint_model(robot, joints)
+
+
+def _matching(robot: Robot, patterns: Iterable[str]) -> set[str]:
+    """The joints that match any of some patterns."""
+    names: set[str] = set()
+    for pattern in patterns:
+        names.update(robot.match_joints(pattern))
+    return names
 
 
 def _with_armature(scene: Scene, pattern: str, value: float) -> Joints:

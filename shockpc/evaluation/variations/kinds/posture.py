@@ -9,6 +9,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.evaluation.variations.row_arrays import RowPostures
 from shockpc.evaluation.variations.variation import Kind, Options, Target, Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import (
@@ -52,10 +53,19 @@ class JointPosition(Kind):
 
     of: Target = "JOINT"
     moves: bool = True
+    option: str = "set"
 
-    def joints(self, robot: Robot, varied: Variation) -> tuple[Joint, ...]:
+    def subject(self, target: str) -> str:
+        """The name alone, which stands for the joint's position."""
+        return target
+
+    def in_words(self, target: str, unit: str) -> str:
+        words = {"deg": "angle of ", "m": "position of "}.get(unit, "")
+        return words + "all " * ("*" in target) + target
+
+    def settable(self, robot: Robot, target: str) -> tuple[Joint, ...]:
         """The joints that are set; a joint that follows another one is not among them."""
-        return _settable(robot, varied.target)
+        return _settable(robot, target)
 
     def unit_of(self, robot: Robot, subject: str, target: str) -> str:
         return common_unit(robot, subject, target, {"rad": "deg", "m": "m"})
@@ -70,7 +80,7 @@ class JointPosition(Kind):
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         """Refuse joints that a number cannot set, and angles beyond the limits and a whole turn."""
-        joints = self.joints(robot, varied)
+        joints = self.settable(robot, varied.target)
         if varied.unit != "deg":
             return
         for joint in joints:
@@ -78,17 +88,17 @@ class JointPosition(Kind):
                 if isinstance(value, float):
                     refuse_beyond_turn(joint, math.radians(value), varied.subject, StudyError)
 
+    def names(self, robot: Robot, varied: Variation) -> Iterable[str]:
+        return [joint.name for joint in self.settable(robot, varied.target)]
+
     def each(self, robot: Robot, varied: Variation) -> tuple[Variation, ...]:
-        single = [
-            replace(varied, subject=joint.name, target=joint.name)
-            for joint in self.joints(robot, varied)
-        ]
+        single = super().each(robot, varied)
         for of_joint in single:
             self.check(robot, of_joint, 0.0)
-        return tuple(single)
+        return single
 
     def sets(self, robot: Robot, varied: Variation) -> Iterable[str]:
-        return [joint.name for joint in self.joints(robot, varied)]
+        return self.names(robot, varied)
 
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
         # The last pattern of a posture counts.
@@ -99,11 +109,21 @@ class JointPosition(Kind):
         return replace(scene, posture=replace(scene.posture, joints_deg=positions))
 
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
-        scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
-        return [scale * joint.value(landing.q) for joint in self.joints(landing.robot, varied)]
+        joints = self.settable(landing.robot, varied.target)
+        return [varied.per_unit * joint.value(landing.q) for joint in joints]
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [("--set", f"{varied.target}={float(value)!r}")]
+        return [(f"--{self.option}", f"{varied.target}={float(value)!r}")]
+
+    def set_posture(self, varied: Variation, rows: RowPostures, x: Array) -> None:
+        for joint in self.settable(rows.landing.robot, varied.target):
+            rows.set_position(joint, x)
+
+    def usual(self, landing: PosedLanding) -> Iterable[Variation]:
+        robot = landing.robot
+        for name in robot.joint_names:
+            if name not in robot.followers and robot.joint(name).axis is not None:
+                yield Variation(name, self, name, self.unit_of(robot, name, name))
 
 
 @memoized()
@@ -146,47 +166,56 @@ class JointMotion(Kind):
     def names(self, robot: Robot, varied: Variation) -> Iterable[str]:
         return [joint.name for joint, _ in self.joints(robot, varied.subject, varied.target)]
 
-    def moved(self, robot: Robot, varied: Variation, Q: Array, x: Array) -> Array:
-        """Configurations (n, nq) after the motion.
+    def velocities(self, robot: Robot, varied: Variation) -> list[int]:
+        """The indices of the joint velocities of the motion."""
+        return [v for _, v in self.joints(robot, varied.subject, varied.target)]
 
-        Args: Q (n, nq), before; x (n,), how far [rad, m].
-        """
-        steps = np.zeros((len(Q), robot.model.nv))
-        chosen = [v for _, v in self.joints(robot, varied.subject, varied.target)]
-        steps[:, chosen] = x[:, None]
-        return displaced(robot, Q, steps)
+    def set_posture(self, varied: Variation, rows: RowPostures, x: Array) -> None:
+        rows.move(self.velocities(rows.landing.robot, varied), x)
 
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
         x = math.radians(float(value)) if varied.unit == "deg" else float(value)
-        q = configuration(robot, scene.posture)
-        (q,) = self.moved(robot, varied, q[None], np.array([x]))
-        return self.with_coordinates_of(varied, scene, robot, q, replaces=True)
+        step = np.zeros(robot.model.nv)
+        step[self.velocities(robot, varied)] = x
+        (q,) = displaced(robot, configuration(robot, scene.posture)[None], step[None])
+        coordinates = {**scene.posture.joint_quaternions, **self._coordinates(varied, robot, q)}
+        return replace(scene, posture=replace(scene.posture, joint_quaternions=coordinates))
 
-    def with_coordinates_of(
-        self, varied: Variation, scene: Scene, robot: Robot, q: Array, *, replaces: bool
-    ) -> Scene:
-        """The scene with the coordinates that these joints have in a configuration q (nq,).
+    def from_closed(self, varied: Variation, scene: Scene, robot: Robot, q: Array) -> Scene:
+        """The scene with the coordinates of a configuration q, unless it gives its own."""
+        coordinates = {**self._coordinates(varied, robot, q), **scene.posture.joint_quaternions}
+        return replace(scene, posture=replace(scene.posture, joint_quaternions=coordinates))
 
-        Args: replaces, whether they replace coordinates that the scene gives.
-        """
+    def _coordinates(
+        self, varied: Variation, robot: Robot, q: Array
+    ) -> dict[str, tuple[float, ...]]:
+        """The coordinates of the joints in a configuration q (nq,), by name."""
         joints = self.joints(robot, varied.subject, varied.target)
-        coordinates = {joint.name: joint.coordinates(q) for joint, _ in joints}
-        stated = scene.posture.joint_quaternions
-        merged = {**stated, **coordinates} if replaces else {**coordinates, **stated}
-        return replace(scene, posture=replace(scene.posture, joint_quaternions=merged))
+        return {joint.name: joint.coordinates(q) for joint, _ in joints}
+
+    def usual(self, landing: PosedLanding) -> Iterable[Variation]:
+        robot = landing.robot
+        for name in robot.joint_names:
+            if name not in robot.followers and self.word in COMPONENTS.get(
+                robot.joint(name).kind, ()
+            ):
+                yield Variation(self.subject(name), self, name, self.unit)
 
 
 @dataclass(frozen=True)
 class Attitude(Kind):
-    """An angle of the base: roll, pitch or yaw [deg].
-
-    Attributes:
-        axis: 0, 1 or 2 of these.
-    """
+    """An angle of the base: roll, pitch or yaw [deg]."""
 
     unit: str = "deg"
     moves: bool = True
-    axis: int = 0
+    option: str = "base-rpy"
+
+    def check_robot(self, robot: Robot, subject: str) -> None:
+        if not robot.free_base:
+            raise StudyError(
+                f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot '
+                f"be turned"
+            )
 
     def refuse_scene(self, scene: Scene) -> None:
         if scene.posture.base_quaternion is not None:
@@ -211,6 +240,9 @@ class Attitude(Kind):
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         return [("--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ())))]
+
+    def set_posture(self, varied: Variation, rows: RowPostures, x: Array) -> None:
+        rows.rpy[:, self.axis] = x
 
 
 JOINT_POSITION = JointPosition("joint")
@@ -248,15 +280,12 @@ def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
 
 def beyond_limits(robot: Robot, varied: Variation) -> str:
     """A warning if positions of a joint are beyond the limits of the robot's file; else empty."""
-    if not isinstance(varied.kind, JointPosition):
-        return ""
-    scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
-    joints = varied.kind.joints(robot, varied)
-    low = scale * max(joint.limits[0] for joint in joints)
-    high = scale * min(joint.limits[1] for joint in joints)
+    joints = varied.kind.settable(robot, varied.target)
     values = [value for value in varied.span or varied.values if isinstance(value, float)]
-    if not values:
+    if not joints or not values:
         return ""
+    low = varied.per_unit * max(joint.limits[0] for joint in joints)
+    high = varied.per_unit * min(joint.limits[1] for joint in joints)
     below = min(values) < low - ROUNDED
     above = max(values) > high + ROUNDED
     if not below and not above:

@@ -5,7 +5,7 @@ from itertools import chain
 from shockpc.evaluation.variations.kinds.contacts import CONTACT, GROUND, OFFSETS
 from shockpc.evaluation.variations.kinds.joints import ARMATURE, JOINT_STIFFNESS, PLACE, ROTOR
 from shockpc.evaluation.variations.kinds.links import LINK_PROPERTIES
-from shockpc.evaluation.variations.kinds.posture import ATTITUDES, JOINT_MOTIONS
+from shockpc.evaluation.variations.kinds.posture import ATTITUDES, JOINT_MOTIONS, JOINT_POSITION
 from shockpc.evaluation.variations.kinds.strike import SPEED, STRIKE_ANGLE
 from shockpc.evaluation.variations.variation import Kind
 from shockpc.text.wings import from_wings
@@ -21,3 +21,14 @@ KINDS: dict[str, Kind] = {
 
 WORDS = tuple(kind.form for kind in KINDS.values())
 """Names, as they are typed, of what can be varied besides positions of joints."""
+
+
+def kind_and_target(subject: str) -> tuple[Kind, str]:
+    """Kind and target of a subject as it is typed: KIND, KIND:TARGET, or the name of a joint."""
+    word, colon, target = subject.partition(":")
+    if word == JOINT_POSITION.word and colon:
+        return JOINT_POSITION, target
+    kind = KINDS.get(word)
+    if kind is None or (colon and not kind.of):
+        return JOINT_POSITION, subject
+    return kind, target

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.core.spatial import Array
+from shockpc.evaluation.variations.row_arrays import RowStrikes
 from shockpc.evaluation.variations.variation import Kind, Options, Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.scene import Scene
@@ -30,7 +32,7 @@ class OfStrike(Kind):
             struck.strike.vector(plane)
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [(f"--{self.word}", repr(float(value)))]
+        return [(f"--{self.option}", repr(float(value)))]
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,9 @@ class Speed(OfStrike):
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
         return [float(np.linalg.norm(landing.before.velocity))]
 
+    def set_strike(self, rows: RowStrikes, x: Array) -> None:
+        rows.speed = x
+
 
 @dataclass(frozen=True)
 class StrikeAngle(OfStrike):
@@ -61,8 +66,19 @@ class StrikeAngle(OfStrike):
         return replace(scene, strike=scene.strike.turned(float(value), plane_of(scene)))
 
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
-        return [math.degrees(landing.strike_angle)]
+        # A horizontal plane has no direction from which the angle is measured.
+        return [None if landing.plane.level else math.degrees(landing.strike_angle)]
+
+    def set_strike(self, rows: RowStrikes, x: Array) -> None:
+        rows.angle = x
+
+    def has_derivatives(self, scene: Scene) -> bool:
+        """True if the speed is the same at all angles, which it is not after a drop."""
+        return scene.strike.drop_height is None
+
+    def usual(self, landing: PosedLanding) -> Iterable[Variation]:
+        return () if landing.plane.level else [Variation(self.word, self, "", self.unit)]
 
 
-SPEED = Speed("speed", "m/s")
-STRIKE_ANGLE = StrikeAngle("strike-angle", "deg")
+SPEED = Speed("speed", "m/s", option="speed")
+STRIKE_ANGLE = StrikeAngle("strike-angle", "deg", option="strike-angle")

@@ -8,7 +8,6 @@ from itertools import combinations
 
 import numpy as np
 
-from shockpc.evaluation.variations.kinds.joints import ARMATURE, ROTOR
 from shockpc.text.printed import few
 from shockpc.wings.recordings.identify.fit import Fit, Solution
 from shockpc.wings.recordings.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn
@@ -96,7 +95,7 @@ def of_control(fit: Fit) -> Iterator[str]:
     """
     predictor = fit.predictor
     robot, window = predictor.robot, predictor.measured[0].time
-    inertias = [one for one in predictor.unknowns if one.kind in (ARMATURE, ROTOR)]
+    inertias = [one for one in predictor.unknowns if one.kind.of_rotors]
     joints = {name for one in inertias for name in robot.match_joints(one.target)}
     places = [
         v

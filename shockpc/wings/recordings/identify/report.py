@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.variations.kinds.joints import ARMATURE, ROTOR, OfDrive
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.robot.bodies_and_joints import IDENTIFIED
@@ -168,7 +167,7 @@ def _document(study: Identification, table: str) -> dict[str, Any]:
 def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
     scene, files = study.scene, dict[str, str]()
-    if any(isinstance(one.variation.kind, OfDrive) for one in study.unknowns):
+    if any(one.variation.kind.of_drives for one in study.unknowns):
         files[DRIVES] = _drives_text(study, table)
         joints = dataclasses.replace(
             scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={}
@@ -222,7 +221,7 @@ def _drives_text(study: Identification, table: str) -> str:
     status: dict[str, dict[str, str]] = {}
     shares: dict[str, tuple[float, float]] = {}
     for one in study.unknowns:
-        if isinstance(one.variation.kind, OfDrive):
+        if one.variation.kind.of_drives:
             interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
             text = (
                 f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: "
@@ -233,7 +232,7 @@ def _drives_text(study: Identification, table: str) -> str:
             sources |= dict.fromkeys(names, text)
             if one.state == "identified":
                 status |= {name: {"status": "identified"} for name in names}
-            if one.variation.kind in (ARMATURE, ROTOR):
+            if one.variation.kind.of_rotors:
                 shares |= dict.fromkeys(names, _share(one))
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:

@@ -22,7 +22,6 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variations.kinds.joints import PLACE
 from shockpc.evaluation.variations.variation import Kind, Variation
 from shockpc.evaluation.variations.vary import Vary, pairs, variation
 from shockpc.landing.scenes.scene import Scene
@@ -251,7 +250,7 @@ def identify(
             "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave "
             "the stiffness out"
         )
-    if all(one.kind != PLACE for one in unknowns):  # only lengths decide how loops close
+    if not any(one.kind.changes_lengths for one in unknowns):  # only lengths decide how loops close
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)
     return _identification(
