@@ -122,7 +122,7 @@ def redundant(profile: ShockProfile) -> Iterator[Diagnostic]:
     if not row_space.discarded:
         return
     constraints = profile.landing.constraints
-    loops = np.concatenate([np.full(one.size, one.kind == "closure") for one in constraints])
+    loops = np.concatenate([np.full(held.size, held.kind == "closure") for held in constraints])
     of_loops = bool(loops.any())
     limit = f"below {DATA_TOLERANCE:.0e}"
     if len(row_space.infeasible):
@@ -161,7 +161,7 @@ class _Bounded(NamedTuple):
 
     Attributes:
         kind: of the warning.
-        what: the number in words.
+        title: the number in words.
         unit: of it.
         bound: the most that is allowed.
         places: of the numbers.
@@ -169,7 +169,7 @@ class _Bounded(NamedTuple):
     """
 
     kind: str
-    what: str
+    title: str
     unit: str
     bound: float
     places: Sequence[Place]
@@ -202,11 +202,11 @@ def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
         _Bounded("contact", "effective mass of contact", "kg", mass, contacts, masses),
     )
     shares = []
-    for one in numbers:
-        for place, value in zip(one.places, one.values.tolist(), strict=True):
+    for bounded in numbers:
+        for place, value in zip(bounded.places, bounded.values.tolist(), strict=True):
             if math.isfinite(value):
-                number = f'{one.what} "{place.name}" {value:.3g} {one.unit}'
-                shares.append((value / one.bound, number, one.kind, place.name))
+                number = f'{bounded.title} "{place.name}" {value:.3g} {bounded.unit}'
+                shares.append((value / bounded.bound, number, bounded.kind, place.name))
     times, number, kind, subject = max(shares, default=(0.0, "", "", ""))
     if times > OVERSIZED:
         text = (
@@ -348,8 +348,8 @@ def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ..
         size = _lengths(before)
         shares = np.max(changes, axis=0) / np.where(size > 0.0, size, np.inf)
         place = places[int(np.argmax(shares))].name
-        what = f'{entry.title} of {entry.of} "{place}"'
-        warnings += _sensitive(what, place, float(shares.max()))
+        result = f'{entry.title} of {entry.of} "{place}"'
+        warnings += _sensitive(result, place, float(shares.max()))
     return float(moves.max(initial=0.0)), tuple(warnings)
 
 
@@ -358,11 +358,11 @@ def _lengths(values: Array) -> Array:
     return np.asarray(np.linalg.norm(values.reshape(len(values), -1), axis=1))
 
 
-def _sensitive(what: str, subject: str, share: float) -> Iterator[Diagnostic]:
+def _sensitive(result: str, subject: str, share: float) -> Iterator[Diagnostic]:
     """A warning where the data's last digits count."""
     if not share <= SENSITIVE:
         text = (
-            f"a change of the data in their last digits moves {what} by {share:.0e} of its size; "
+            f"a change of the data in their last digits moves {result} by {share:.0e} of its size; "
             f"digits beyond "
             "that depend on the rounding in this file"
         )

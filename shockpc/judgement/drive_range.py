@@ -356,7 +356,7 @@ def _linear(landing: PosedLanding, selection: Selection, place: Place) -> _Linea
     if wanted.of == "part" and place.joint < 0:
         return _Linear(quantity("point", "delta_v"), place, selection.axis, component)
     if wanted.of == "part":
-        joint = next(one for one in joint_places(landing.robot) if one.number == place.joint)
+        joint = next(at for at in joint_places(landing.robot) if at.number == place.joint)
         return _Linear(quantity("joint", "along"), joint, signed=wanted.key == "along")
     if key == ("joint", "rate_after"):
         return _Linear(quantity("joint", "delta_qd"), place, signed=True)
@@ -467,4 +467,4 @@ def _place_in(landing: PosedLanding, selection: Selection, place: Place) -> Plac
     """A place in a landing with other inertias, where some of the contacts may be lifted."""
     if selection.quantity.of != "contact":
         return place
-    return next((one for one in landing.contact_places if one.name == place.name), None)
+    return next((at for at in landing.contact_places if at.name == place.name), None)

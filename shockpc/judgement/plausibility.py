@@ -54,10 +54,10 @@ def heights(profile: ShockProfile) -> Iterator[Diagnostic]:
     if not numbers:
         return
     held = [landing.constraints[k] for k in numbers]
-    points = np.stack([constraint_point(state, one) for one in held], axis=1)
+    points = np.stack([constraint_point(state, constraint) for constraint in held], axis=1)
     level_ground = landing.up[2] > 1.0 - 1e-9
     ground = _OnGround(
-        names=[one.frame for one in held],
+        names=[constraint.frame for constraint in held],
         points=points[0],
         levels=levels(landing, state.rotation, state.position, points),
         along="" if level_ground else " (along the ground's normal)",
@@ -120,17 +120,17 @@ def _below_the_contacts(profile: ShockProfile, ground: _OnGround) -> Iterator[Di
     # The struck body itself is named where it reaches as low as another, on whose posture the
     # warning then does not depend.
     surface = here.surface[0]
-    others = here.others
+    first_met = here.others
     remedy = "change the posture, or name what strikes"
-    together = others & np.array(of_struck)
-    lowest = surface[others].min()
+    together = first_met & np.array(of_struck)
+    lowest = surface[first_met].min()
     if surface[together].min(initial=np.inf) <= lowest + here.tolerance:
-        others = together
+        first_met = together
         remedy = (
             f"it moves with the contact, so name it as the contact, with "
             f"{spelled(Contact, 'at', 'lowest')}"
         )
-    link = shapes[int(np.argmin(np.where(others, surface, np.inf)))].link
+    link = shapes[int(np.argmin(np.where(first_met, surface, np.inf)))].link
     first = ground.names[int(here.contacts[0].argmin())]
     depth = float(here.depth[0])
     text = (
@@ -178,7 +178,7 @@ def large_inertias(profile: ShockProfile) -> Iterator[Diagnostic]:
 
     They are placeholders, or in another unit.
     """
-    links = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
+    links = sorted(inflated_inertias(profile.robot), key=lambda link: -link[1])
     if links:
         radii = few([f'"{name}" ({radius:.3g} m)' for name, radius in links], 4)
         text = (

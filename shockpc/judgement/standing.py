@@ -146,9 +146,9 @@ def straight(profile: ShockProfile) -> Iterator[Diagnostic]:
     remedy = "the file of reference postures as srdf in a scene"
     if robot.source.kind == "mjcf":
         remedy = "the file a keyframe"
-    others = [name for name in robot.postures if name != BENT]
-    if others:
-        remedy = f"one of its postures with --posture: {listed(others, 4)}"
+    postures = [name for name in robot.postures if name != BENT]
+    if postures:
+        remedy = f"one of its postures with --posture: {listed(postures, 4)}"
     for k in _straight_limbs(profile):
         name = profile.landing.contacts[k].frame
         factor = float(profile.value("mitigation", "contact")[k])

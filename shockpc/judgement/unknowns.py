@@ -42,7 +42,7 @@ def unknowns_of(profile: ShockProfile) -> tuple[Unknown, ...]:
     number of the answer.
     """
     every = itertools.chain.from_iterable(cause(profile) for cause in CAUSES)
-    return tuple(sorted(every, key=lambda one: (one.known, -one.effect)))
+    return tuple(sorted(every, key=lambda unknown: (unknown.known, -unknown.effect)))
 
 
 def not_known(profile: ShockProfile) -> tuple[Unknown, ...]:
@@ -51,7 +51,7 @@ def not_known(profile: ShockProfile) -> tuple[Unknown, ...]:
     The ranges of what is known, which take as long as the landing, are not computed.
     """
     every = itertools.chain.from_iterable(cause(profile) for cause in NOBODY_KNOWS)
-    return tuple(sorted(every, key=lambda one: -one.effect))
+    return tuple(sorted(every, key=lambda unknown: -unknown.effect))
 
 
 def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
@@ -60,15 +60,15 @@ def merged(landings: Iterable[tuple[Unknown, ...]]) -> list[Unknown]:
     It is that of the largest effect, with the names of all.
     """
     causes: dict[object, list[Unknown]] = {}
-    for one in itertools.chain.from_iterable(landings):
-        text = one.text if one.kind == "contact" else ""
-        causes.setdefault((one.kind, one.status, text), []).append(one)
+    for unknown in itertools.chain.from_iterable(landings):
+        text = unknown.text if unknown.kind == "contact" else ""
+        causes.setdefault((unknown.kind, unknown.status, text), []).append(unknown)
     records = []
     for alike in causes.values():
-        names = dict.fromkeys(itertools.chain.from_iterable(one.subjects for one in alike))
-        largest = max(alike, key=lambda one: one.effect)
+        names = dict.fromkeys(itertools.chain.from_iterable(unknown.subjects for unknown in alike))
+        largest = max(alike, key=lambda unknown: unknown.effect)
         records.append(largest._replace(subjects=tuple(names)))
-    return sorted(records, key=lambda one: (one.known, -one.effect))
+    return sorted(records, key=lambda unknown: (unknown.known, -unknown.effect))
 
 
 def _unknown_drives(profile: ShockProfile) -> Iterator[Unknown]:
@@ -129,7 +129,7 @@ def _effect(profile: ShockProfile) -> float:
     return over_drives.largest / over_drives.smallest
 
 
-def _other(kind: str, status: str, subjects: tuple[str, ...], text: str, remedy: str) -> Unknown:
+def _assumed(kind: str, status: str, subjects: tuple[str, ...], text: str, remedy: str) -> Unknown:
     """An assumption besides drives, of which no effect is computed."""
     return Unknown(kind, status, subjects, (), text, remedy, 1.0)
 
@@ -175,7 +175,7 @@ def _springs(profile: ShockProfile) -> Iterator[Unknown]:
             "contact may be different"
         )
         remedy = "--contact-stiffness computes a contact that lasts"
-        yield _other("springs", "assumed", tuple(joints), text, remedy)
+        yield _assumed("springs", "assumed", tuple(joints), text, remedy)
 
 
 def _inertias(profile: ShockProfile) -> Iterator[Unknown]:
@@ -187,7 +187,7 @@ def _inertias(profile: ShockProfile) -> Iterator[Unknown]:
             "but files should give them about the centres of mass"
         )
         remedy = "correct the file; shock is computed from them as they are"
-        yield _other("inertia", "implausible", links, text, remedy)
+        yield _assumed("inertia", "implausible", links, text, remedy)
 
 
 def _meshes(profile: ShockProfile) -> Iterator[Unknown]:
@@ -196,13 +196,13 @@ def _meshes(profile: ShockProfile) -> Iterator[Unknown]:
     links = tuple(dict.fromkeys(lost.link for lost in outline.unread))
     remedy = "say where meshes are with --package or --meshes"
     for text in outline.warnings:
-        yield _other("geometry", "missing", links, text, remedy)
+        yield _assumed("geometry", "missing", links, text, remedy)
 
 
 def _contacts(profile: ShockProfile) -> Iterator[Unknown]:
     """Contact points and soles that were chosen because the scene leaves them open."""
     landing = profile.landing
-    left_open = {one.frame for one in landing.asked if "auto" in (one.at, one.kind)}
+    left_open = {contact.frame for contact in landing.asked if "auto" in (contact.at, contact.kind)}
     frames_by_text: dict[str, list[str]] = {}
     for contact, constraint in zip(profile.scene.contact, landing.contacts, strict=True):
         if constraint.kind != "stop" and contact.frame in left_open:
@@ -210,7 +210,7 @@ def _contacts(profile: ShockProfile) -> Iterator[Unknown]:
             text = CARRIES.get(contact.kind, f"a point at {point}")
             frames_by_text.setdefault(text, []).append(contact.frame)
     for text, frames in frames_by_text.items():
-        yield _other("contact", "chosen", tuple(frames), text, CONTACT_OPTIONS)
+        yield _assumed("contact", "chosen", tuple(frames), text, CONTACT_OPTIONS)
 
 
 def _posture(profile: ShockProfile) -> Iterator[Unknown]:
@@ -218,7 +218,7 @@ def _posture(profile: ShockProfile) -> Iterator[Unknown]:
     if "posture" in profile.landing.chosen:
         name = str(profile.landing.scene.posture.reference)
         remedy = "--posture and --set change it"
-        yield _other("posture", "chosen", (name,), f'posture "{name}"', remedy)
+        yield _assumed("posture", "chosen", (name,), f'posture "{name}"', remedy)
 
 
 def _base(profile: ShockProfile) -> Iterator[Unknown]:
@@ -228,7 +228,7 @@ def _base(profile: ShockProfile) -> Iterator[Unknown]:
         if profile.landing.base == "fixed":
             text = "the base is fixed, because the robot is an arm"
         name = profile.robot.bodies[0].name
-        yield _other("base", "chosen", (name,), text, "--base changes it")
+        yield _assumed("base", "chosen", (name,), text, "--base changes it")
 
 
 def _duration(profile: ShockProfile) -> Iterator[Unknown]:
@@ -238,7 +238,7 @@ def _duration(profile: ShockProfile) -> Iterator[Unknown]:
             f"the contact lasts as long as the pulse {profile.scene.pulse}; peaks are in inverse "
             f"proportion to its length"
         )
-        yield _other("duration", "assumed", (), text, "--contact-stiffness computes it")
+        yield _assumed("duration", "assumed", (), text, "--contact-stiffness computes it")
 
 
 NOBODY_KNOWS: tuple[Callable[[ShockProfile], Iterator[Unknown]], ...] = (

@@ -146,7 +146,8 @@ def _readings_of_motion(
 
 def largest_reading(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body as a reading [g]."""
-    scales = [peak_of(impact.landing.pulse, one) for one in low_passes_of(impact.landing.scene)]
+    landing = impact.landing
+    scales = [peak_of(landing.pulse, low_pass) for low_pass in low_passes_of(landing.scene)]
     return largest_jump(impact, values) * max(scales, default=0.0) / GRAVITY
 
 

@@ -74,8 +74,8 @@ class ShockProfile(LandingValues):
     """
 
     def __repr__(self) -> str:
-        unknown = [f"unknown: {one}" for one in self.unknowns if not one.known]
-        return brief(self, repr(self.landing), *unknown)
+        texts = [f"unknown: {unknown}" for unknown in self.unknowns if not unknown.known]
+        return brief(self, repr(self.landing), *texts)
 
     _repr_html_ = shown_by("studies.analyze.report:landing_report")
 

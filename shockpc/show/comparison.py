@@ -179,7 +179,7 @@ def _numbers(comparison: Comparison) -> list[_Number]:
 
 def _moved(comparison: Comparison) -> bool:
     """True if some number differs by more than 1 % between the ends of the drives."""
-    return bool(comparison.ends) and any(one.moves for one in _numbers(comparison))
+    return bool(comparison.ends) and any(number.moves for number in _numbers(comparison))
 
 
 def _drives(comparison: Comparison, most: int | None = None) -> Sheet:

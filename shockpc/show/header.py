@@ -184,8 +184,8 @@ def _common_text(texts: Sequence[str]) -> str:
     if not others:
         return text
     common = text.split("; ")
-    for other in others:
-        parts = other.split("; ")
+    for alternative in others:
+        parts = alternative.split("; ")
         common = [part for part in common if part in parts]
     return "; ".join(common) or "differs between the landings"
 
@@ -366,7 +366,7 @@ def angle_text(profile: ShockProfile) -> str:
 
 def other_warnings(profile: ShockProfile) -> list[Diagnostic]:
     """The warnings of a landing that `unknown_lines` do not have."""
-    said = {str(one) for one in profile.unknowns}
+    said = {str(unknown) for unknown in profile.unknowns}
     return [warning for warning in profile.health.warnings if warning.text not in said]
 
 
@@ -377,8 +377,8 @@ def other_warning_lines(profile: ShockProfile) -> list[str]:
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
     """The place of a contact, and its strike, in words."""
-    scene, block = profile.scene.contact[i], profile.landing.contacts[i]
-    if block.kind == "stop":
+    scene, constraint = profile.scene.contact[i], profile.landing.contacts[i]
+    if constraint.kind == "stop":
         return _stop_text(profile, i)
     contact = profile.contacts[i]
     lowest = ", its lowest point" if scene.at == "lowest" else ""
@@ -400,8 +400,8 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
 
 def _stop_text(profile: ShockProfile, i: int) -> str:
     """The end stop that strikes as a contact."""
-    scene, block = profile.scene.contact[i], profile.landing.contacts[i]
-    value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
+    scene, constraint = profile.scene.contact[i], profile.landing.contacts[i]
+    value = "minimum" if side_of(profile.robot, constraint) > 0.0 else "maximum"
     rebound = f", restitution {scene.restitution:g}" if scene.restitution else ""
     return (
         f"{scene.frame}, the end stop at the {value} value of the joint{rebound}; speeds are "
@@ -455,9 +455,10 @@ def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
 
     The mechanism moves it there only by what rounding leaves.
     """
-    block, rows = profile.landing.constraints[i], slices_of(profile.landing.constraints)[i]
+    constraints = profile.landing.constraints
+    forces, rows = constraints[i].forces, slices_of(constraints)[i]
     for combination in profile.row_space.infeasible:
-        axis = combination[rows][: len(block.forces)] @ block.forces
+        axis = combination[rows][: len(forces)] @ forces
         length = float(np.linalg.norm(axis))
         if length > SHARE:
             axis = axis / length * np.sign(axis[np.argmax(np.abs(axis))])

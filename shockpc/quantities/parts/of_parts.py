@@ -131,7 +131,7 @@ def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -
 
 def _velocity_margin(impact: Impact, places: Places) -> Any:
     """Critical velocity changes over |Δv| (N, S, n); infinite where a part does not move."""
-    critical = [one.velocity_change for one in _strengths(impact.landing, places)]
+    critical = [strength.velocity_change for strength in _strengths(impact.landing, places)]
     speed = norm(point_velocity(impact, places))
     return _quotient(impact, critical, speed, largest_jump(impact, speed))
 
@@ -170,7 +170,7 @@ def _lacks_peak(landing: PosedLanding) -> str:
 
 def _acceleration_margin(impact: Impact, places: Places) -> Any:
     """Critical accelerations over peaks (N, S, n)."""
-    critical = [one.acceleration for one in _strengths(impact.landing, places)]
+    critical = [strength.acceleration for strength in _strengths(impact.landing, places)]
     peak = _peak(impact, places)
     return _quotient(impact, critical, peak, _largest_peak(impact, peak))
 
@@ -185,7 +185,7 @@ def _point_margin(impact: Impact, places: Places) -> Any:
     by_acceleration = _acceleration_margin(impact, places)
     velocity = impact.rounded(by_velocity, lambda _: 0.0)
     acceleration = impact.rounded(by_acceleration, lambda _: 0.0)
-    both = np.array([one.both for one in _strengths(impact.landing, places)])
+    both = np.array([strength.both for strength in _strengths(impact.landing, places)])
     governs = np.where(both, velocity <= acceleration, velocity >= acceleration)
     return np.where(governs | np.isnan(acceleration), by_velocity, by_acceleration)
 
@@ -240,7 +240,7 @@ def _torque_size(impact: Impact, durations: Array, values: Array) -> float:
 def _part_torque(impact: Impact, places: Places) -> Any:
     """Torques (N, S, n) of parts of joints, as `_torque`."""
     landing = impact.landing
-    durations = [one.duration for one in _torque_strengths(landing, places)]
+    durations = [strength.duration for strength in _torque_strengths(landing, places)]
     return _torque(impact, _joints(landing, places), np.array(durations))
 
 
@@ -251,7 +251,7 @@ def _part_torque_size(impact: Impact, values: Array) -> float:
 
 def _torque_margin(impact: Impact, places: Places) -> Any:
     """Momentary torques over actual ones (N, S, n)."""
-    limits = [one.momentary_torque for one in _torque_strengths(impact.landing, places)]
+    limits = [strength.momentary_torque for strength in _torque_strengths(impact.landing, places)]
     torque = _part_torque(impact, places)
     return _quotient(impact, limits, torque, _part_torque_size(impact, torque))
 

@@ -62,7 +62,7 @@ def _peaks(impact: Impact, places: Places) -> list[tuple[str, Array]]:
     motion = motion_of(impact.landing)
     if motion is not None:
         return [_of_motion(motion, impact, places, filters)]
-    if impact.landing.pulse is not None or any(one is not None for one in filters):
+    if impact.landing.pulse is not None or any(low_pass is not None for low_pass in filters):
         return _of_pulse(impact, places, filters)
     return []
 
@@ -75,7 +75,7 @@ def _of_motion(
     along, _ = motion.peaks(axis_jumps, places)
     lengths, _ = motion.peaks(DELTA_V.compute, places)
     peaks = _along_axes(landing, places, along.reshape(1, -1, 3), lengths[None]) / GRAVITY
-    filtered = np.array([one is not None for one in filters])
+    filtered = np.array([low_pass is not None for low_pass in filters])
     if filtered.any():
         along = readings(impact, places, along=True)[0]
         lengths = readings(impact, places)[0]
@@ -100,10 +100,10 @@ def _of_pulse(
             impacts[f"{cause} with friction {scene.friction:g}"] = sliding
 
     # Each jump times the peak for a jump of 1 m/s.
-    scale = np.array([peak_of(landing.pulse, one) for one in filters])[:, None] / GRAVITY
+    scale = np.array([peak_of(landing.pulse, low_pass) for low_pass in filters])[:, None] / GRAVITY
     causes = []
-    for text, one in impacts.items():
-        jumps = quantity_values(DELTA_V, one, places)[0]
+    for text, pulsed in impacts.items():
+        jumps = quantity_values(DELTA_V, pulsed, places)[0]
         sizes = _along_axes(landing, places, jumps, np.linalg.norm(jumps, axis=2))
         causes.append((text, sizes * scale))
     return causes

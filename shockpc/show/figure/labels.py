@@ -120,7 +120,7 @@ class Labels:
         in_letters = np.array([0.62 * len(text) + 0.3, 1.25])
         return np.asarray(in_letters * letters / 72.0 * self._inch)
 
-    def _write(self, middles: Sequence[Array], text: str, letters: float, **look: Any) -> None:
+    def _write(self, middles: Sequence[Array], text: str, letters: float, **style: Any) -> None:
         """Write a text around that one of some places (2,) [m] where it covers least."""
         options, size = [], self._size(text, letters)
         for middle in middles:
@@ -150,5 +150,5 @@ class Labels:
             va="center",
             zorder=8,
             bbox=backing,
-            **look,
+            **style,
         )

@@ -138,8 +138,8 @@ class Page:
         """
         letter = 0.72 if style.get("fontweight") == "bold" else 0.62
         needed = letter * max(len(text), 1) / 72.0
-        look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
-        self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
+        options: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
+        self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **options)
 
     def caption(self, x: float, y: float, lines: Sequence[str], width: float) -> None:
         """Write lines under a small picture, the first one bold.

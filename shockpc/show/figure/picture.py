@@ -30,7 +30,7 @@ CROSSED = Path.make_compound_path(
 )
 
 
-def sign(label: str, zorder: float = 7.0, **look: Any) -> dict[str, Any]:
+def sign(label: str, zorder: float = 7.0, **style: Any) -> dict[str, Any]:
     """Arguments with which `Axes.plot` draws a mark, and what it means."""
     return {
         "linestyle": "none",
@@ -38,7 +38,7 @@ def sign(label: str, zorder: float = 7.0, **look: Any) -> dict[str, Any]:
         "markerfacecolor": PAPER,
         "label": label,
         "zorder": zorder,
-        **look,
+        **style,
     }
 
 
@@ -77,7 +77,7 @@ SIGNS = {
         "sensor or point", marker="D", markersize=4.2, markerfacecolor=GOLD, markeredgewidth=0.7
     ),
 }
-"""Marks of a landing; the look of the arrow is for the key."""
+"""Marks of a landing; the style of the arrow is for the key."""
 
 OUTLINED, BOXED = (
     "body in front of the struck limb",
@@ -290,7 +290,7 @@ def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 
             axes.plot(*place, **SIGNS["ring"] | {"markersize": 12.0 * scale})
             continue
         axes.plot([], [], **SIGNS["arrow"])
-        look: dict[str, Any] = {
+        style: dict[str, Any] = {
             "shrinkA": 0,
             "shrinkB": 0,
             "facecolor": INK,
@@ -298,10 +298,10 @@ def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 
             "linewidth": scale,
             "zorder": 7,
         }
-        look |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
+        style |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
         tip = place + window.arrow * velocity
         axes.add_artist(
-            FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look)
+            FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **style)
         )
 
 

@@ -212,13 +212,13 @@ def _ten_digits(row: Sequence[float]) -> list[float] | None:
 
 def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
     """The contacts: where they are, and how fast for a velocity of the base."""
-    blocks = profile.landing.constraints
+    constraints = profile.landing.constraints
     base = profile.landing.before.velocity
     contacts = []
     for k, (contact, normal) in enumerate(
         zip(profile.contacts, contact_normals(profile), strict=True)
     ):
-        constraint = blocks[k]
+        constraint = constraints[k]
         base_velocity = base if _follows_base(constraint) else None
         contacts.append(
             {
@@ -234,9 +234,9 @@ def _contacts(profile: ShockProfile) -> list[dict[str, Any]]:
     return contacts
 
 
-def _follows_base(block: Constraint) -> bool:
+def _follows_base(constraint: Constraint) -> bool:
     """True if a contact moves with the base: neither at a velocity of its own nor an end stop."""
-    return block.velocity is None and block.kind != "stop"
+    return constraint.velocity is None and constraint.kind != "stop"
 
 
 def _motion(velocity: Array, base: Array | None) -> dict[str, Any]:
@@ -282,16 +282,16 @@ def _ground(landing: PosedLanding) -> dict[str, Any] | None:
     if landing.base == "fixed" or not level:
         return None
     state = landing.state
-    blocks = [(*landing.contacts, *landing.stance)[k] for k in level]
-    points = np.stack([constraint_point(state, block) for block in blocks], axis=1)
+    feet = [(*landing.contacts, *landing.stance)[k] for k in level]
+    points = np.stack([constraint_point(state, foot) for foot in feet], axis=1)
     here = levels(landing, state.rotation, state.position, points)
     depths = (points[0] @ landing.up - here.contacts[0]).tolist()
     contacts = []
-    for k, block, depth in zip(level, blocks, depths, strict=True):
+    for k, foot, depth in zip(level, feet, depths, strict=True):
         contacts.append(
             {
-                "body": block.body,
-                "r": block.point.tolist(),
+                "body": foot.body,
+                "r": foot.point.tolist(),
                 "depth": depth,
                 "number": k if k < len(landing.contacts) else -1,
             }

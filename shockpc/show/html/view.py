@@ -64,7 +64,7 @@ def view_html(landings: Mapping[str, ShockProfile], total: int, notes: Sequence[
         total: number of landings with those that are not shown.
         notes: on the posture of each; none where it has no sliders.
     """
-    points, *others = _tables(landings)
+    points, *wide = _tables(landings)
     return (
         '<main><div><div id="stage"><div id="view"></div><div id="pointer">point at a body to read '
         "the shock there</div>"
@@ -73,7 +73,7 @@ def view_html(landings: Mapping[str, ShockProfile], total: int, notes: Sequence[
         f'<div id="posture"></div>{_posture_notes(notes)}'
         '<p id="state" class="live"></p><p id="doubts"></p>'
         f"{_notes(landings, total)}{points}</div>"
-        f'<div class="wide">{"".join(others)}</div></main>'
+        f'<div class="wide">{"".join(wide)}</div></main>'
     )
 
 
