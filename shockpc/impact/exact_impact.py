@@ -91,11 +91,11 @@ class ExactImpact(Impact):
         """
         bodies = [body for body, _ in joints]
         columns = [column for _, column in joints]
-        own = self.along(self.delta_qd)[..., columns] * -self.solution.own_inertia[columns]
+        power = self.along(self.delta_qd)[..., columns] * -self.solution.own_inertia[columns]
         axes = np.swapaxes(self.state.J[:, :3, columns], 1, 2)[:, None]
         coupled = np.sum(axes * self.rotor_moments[:, :, bodies], axis=-1)
         constrained = self.solution.constrained[columns]
-        return np.asarray(np.where(constrained, super().joint_power(joints), own - coupled))
+        return np.asarray(np.where(constrained, super().joint_power(joints), power - coupled))
 
     def delassus(
         self, constraint: Constraint, fixed: Sequence[Constraint], independent: list[int]

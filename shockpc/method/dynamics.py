@@ -216,13 +216,13 @@ def _about_origin(F: Array, com: Array) -> Array:
     return np.concatenate([about_origin, linear], axis=2).swapaxes(1, 2)
 
 
-def _body_frames(robot: Robot, placed: Array) -> tuple[Array, Array]:
+def _body_frames(robot: Robot, placements: Array) -> tuple[Array, Array]:
     """Rotations (N, nb, 3, 3) and origins (N, nb, 3) of the bodies' frames.
 
     They follow from the placements of the joints' frames (N, njoints, 12).
     """
-    rotation = placed[:, 1:, :9].reshape(len(placed), -1, 3, 3).swapaxes(-1, -2)
-    position = placed[:, 1:, 9:12]
+    rotation = placements[:, 1:, :9].reshape(len(placements), -1, 3, 3).swapaxes(-1, -2)
+    position = placements[:, 1:, 9:12]
     if robot.body_frames is not None:
         body_rotation, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
@@ -261,9 +261,10 @@ def _by_joints(model: pin.Model, Q: Array) -> _Evaluated:
     computed = [joint.createData() for joint, *_ in joints]
     for k, q in enumerate(Q):
         placements = [pin.SE3.Identity()]
-        for i, ((joint, rest, parent), data) in enumerate(zip(joints, computed, strict=True)):
+        for i, data in enumerate(computed):
+            joint, at_rest, parent = joints[i]
             joint.calc(data, q)
-            placement = placements[parent] * (rest * data.M)
+            placement = placements[parent] * (at_rest * data.M)
             placements.append(placement)
             placed[k, i + 1, :9] = placement.rotation.T.ravel()
             placed[k, i + 1, 9:] = placement.translation

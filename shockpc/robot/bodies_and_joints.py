@@ -115,11 +115,11 @@ class Joint(NamedTuple):
 
         Args: q (nq,).
         """
-        own = q[self.q].tolist()
+        values = q[self.q].tolist()
         if self.kind == "planar":
-            x, y, cosine, sine = own
+            x, y, cosine, sine = values
             return x, y, math.atan2(sine, cosine)
-        return tuple(own)
+        return tuple(values)
 
     def set(self, value: float, q: Array) -> None:
         """Set the coordinate of a joint of one degree of freedom [rad, m].
@@ -325,15 +325,15 @@ def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
     frames: dict[str, Frame] = {}
     from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in bodies]
     for frame in sorted(model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
-        index, place = frame.parentJoint - 1, frame.placement
+        index, placement = frame.parentJoint - 1, frame.placement
         if index >= 0:
-            place = from_joints[index] * place
+            placement = from_joints[index] * placement
         if frame.name != "universe" and frame.name not in frames:
             frames[frame.name] = Frame(
                 frame.name,
                 index,
-                read_only(place.rotation),
-                read_only(place.translation),
+                read_only(placement.rotation),
+                read_only(placement.translation),
                 FRAMES.get(frame.type, "joint"),
             )
     return frames

@@ -215,10 +215,10 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     """
     stem = _stem(robot_path.name).casefold()
     folder = robot_path.parent
-    for place in (folder, folder / "srdf", folder.parent / "srdf"):
+    for searched in (folder, folder / "srdf", folder.parent / "srdf"):
         files = {
-            file.removesuffix(".srdf").casefold(): place / file
-            for file in _files(place)
+            file.removesuffix(".srdf").casefold(): searched / file
+            for file in _files(searched)
             if file.endswith(".srdf")
         }
         for name in (stem, robot_name_in_file.casefold()):
@@ -269,15 +269,11 @@ def data_folder() -> Path | None:
     """
     # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens
     # of milliseconds.
-    places = (*(os.path.join(place, "cmeel.prefix") for place in sys.path), sys.prefix)
-    return next(
-        (
-            Path(place, _SHARE)
-            for place in places
-            if os.path.isdir(os.path.join(place, _SHARE, "robots"))
-        ),
-        None,
-    )
+    prefixes = [os.path.join(entry, "cmeel.prefix") for entry in sys.path]
+    for prefix in (*prefixes, sys.prefix):
+        if os.path.isdir(os.path.join(prefix, _SHARE, "robots")):
+            return Path(prefix, _SHARE)
+    return None
 
 
 def _stem(file: str) -> str:

@@ -124,14 +124,14 @@ def read_changes(text: str) -> tuple[Change, ...]:
 
 def _read_change(text: str) -> Change:
     """One change, PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx."""
-    what, _, rest = text.partition(":")
-    pattern, _, number = rest.rpartition("=")
+    name, _, pattern_and_value = text.partition(":")
+    pattern, _, number = pattern_and_value.rpartition("=")
     texts, factor = factor_texts(number.split(","))
     try:
         values = tuple(map(number_from, texts))
     except ValueError:
         values = ()
-    known = [kind for kind in get_args(Property) if kind == what.strip()]
+    known = [kind for kind in get_args(Property) if kind == name.strip()]
     if not (known and pattern.strip() and values):
         kinds = ", ".join(get_args(Property))
         raise StudyError(
@@ -208,7 +208,7 @@ def varied_bodies(
     com = np.repeat(robot.coms[None], n, axis=0).astype(float)
     inertia = np.repeat(robot.inertias[None], n, axis=0).astype(float)
     for i in sorted({robot.frames[link].body for link in links}):
-        parts = [part.moved(place) for place, part in _parts_of(robot, i, links)]
+        parts = [part.moved(placement) for placement, part in _parts_of(robot, i, links)]
         # m = Σ m_k,  c = Σ m_k c_k / m
         mass[:, i] = sum(part.mass for part in parts)
         moment = sum(part.mass[:, None] * part.com for part in parts)
@@ -235,10 +235,10 @@ class _Inertias(NamedTuple):
     com: Array
     inertia: Array
 
-    def moved(self, place: pin.SE3) -> "_Inertias":
+    def moved(self, placement: pin.SE3) -> "_Inertias":
         """The inertias in the frame in which their own frame has a place."""
-        R = place.rotation
-        return _Inertias(self.mass, self.com @ R.T + place.translation, R @ self.inertia @ R.T)
+        R = placement.rotation
+        return _Inertias(self.mass, self.com @ R.T + placement.translation, R @ self.inertia @ R.T)
 
 
 def _repeated(Y: pin.Inertia, n: int) -> _Inertias:
@@ -250,11 +250,11 @@ def _parts_of(
     robot: Robot, body: int, links: Mapping[str, _Inertias]
 ) -> Iterator[tuple[pin.SE3, _Inertias]]:
     """The parts of a body with their places in its frame; those of some links are given."""
-    own = robot.bodies[body]
-    in_body = pin.SE3(own.rotation, own.offset)
+    record = robot.bodies[body]
+    in_body = pin.SE3(record.rotation, record.offset)
     for frame in robot.model.frames:
         is_link = frame.type == pin.FrameType.BODY
-        if frame.parentJoint == own.joint and (is_link or frame.inertia.mass):
+        if frame.parentJoint == record.joint and (is_link or frame.inertia.mass):
             part = links.get(frame.name) if is_link else None
             yield in_body.actInv(frame.placement), part or _repeated(frame.inertia, 1)
 
@@ -366,17 +366,17 @@ def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> 
         carrier = pin.SE3(body.rotation, body.offset)
     old = model.jointPlacements[joint] if moves else frame.placement
     old = old.copy()
-    place = carrier.actInv(old)
+    placement = carrier.actInv(old)
     if change.factor:
-        place.translation = place.translation * change.value
+        placement.translation = placement.translation * change.value
     else:
-        place.translation = np.array(change.value)
+        placement.translation = np.array(change.value)
     if moves:
-        model.jointPlacements[joint] = carrier * place
+        model.jointPlacements[joint] = carrier * placement
         return
 
     # A fixed joint moves all frames behind it, and the joints there, each after what carries it.
-    shift = carrier * place * old.inverse()
+    shift = carrier * placement * old.inverse()
     moved = {number}
     for k, part in enumerate(model.frames):
         if k != number and part.parentFrame not in moved:

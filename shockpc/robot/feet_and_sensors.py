@@ -72,11 +72,11 @@ def _heights(robot: Robot, posture: str) -> dict[str, float]:
     Empty where none is above another.
     """
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
-    places = robot.body_placements(q)
+    placements = robot.body_placements(q)
     heights = {}
     for frame in robot.frames.values():
         if frame.kind != "joint" and frame.body >= 0 and not _marks(robot, frame):
-            heights[frame.name] = float(places[frame.body].act(frame.offset)[2])
+            heights[frame.name] = float(placements[frame.body].act(frame.offset)[2])
     return heights
 
 
@@ -166,13 +166,13 @@ def _carriers(robot: Robot, body: int) -> Iterator[int]:
         yield body
 
 
-def _tip(body: Body, places: list[Frame]) -> str:
+def _tip(body: Body, frames: list[Frame]) -> str:
     """The name of the end of a body that is the last of its limb.
 
-    Args: places: its sites and geoms.
+    Args: frames: its sites and geoms.
     """
-    if places:
-        return max(places, key=lambda place: float(np.linalg.norm(place.offset))).name
+    if frames:
+        return max(frames, key=lambda frame: float(np.linalg.norm(frame.offset))).name
     for link in reversed(body.links):
         if not re.search(FASTENER, link):
             return link
@@ -190,8 +190,8 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
         on_limb = [body for body in (end, *_carriers(robot, end)) if limbs[body] == limbs[end]]
         return [robot.bodies[body].mass for body in on_limb]
 
-    def alike(end: int, other: int) -> bool:
-        a, b = masses(end), masses(other)
+    def alike(end: int, low_end: int) -> bool:
+        a, b = masses(end), masses(low_end)
         return len(a) == len(b) and bool(np.allclose(a, b, rtol=ALIKE))
 
     def is_foot(end: int) -> bool:
@@ -250,9 +250,9 @@ def _places(robot: Robot) -> list[Frame]:
 def _places_named_like_feet(robot: Robot) -> tuple[str, ...]:
     """A site or geom named like a foot, the first of each body, at the end of a limb."""
     named: dict[int, str] = {}
-    for place in _places(robot):
-        if re.search(FOOT, place.name):
-            named.setdefault(place.body, place.name)
+    for frame in _places(robot):
+        if re.search(FOOT, frame.name):
+            named.setdefault(frame.body, frame.name)
     if not named:
         return ()
     return _ends(robot, tuple(named[body] for body in sorted(named)))

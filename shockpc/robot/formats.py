@@ -59,7 +59,7 @@ def read_source(
     path = Path(os.path.realpath(written))
     folders = open_folders(path, packages or {})
     # by its bytes: programs write a file, load it and write it again within a millisecond
-    folders.note(written, whole=True)
+    folders.note(written, with_bytes=True)
     text = read_text(path)
     root = shared_xml(text, path.name)
     if root.tag not in FORMATS:

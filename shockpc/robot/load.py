@@ -204,12 +204,12 @@ def _make_rotations_exact(model: pin.Model) -> None:
 
     A chain of bodies multiplies what is missing.
     """
-    for place in model.jointPlacements:
+    for placement in model.jointPlacements:
         # One step of Newton's iteration R ← R (3 − RᵀR) / 2, by einsum, whose rounding is the same
         # on every processor.
-        R = place.rotation
+        R = placement.rotation
         missing = 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R)
-        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, missing)
+        placement.rotation = 0.5 * np.einsum("ij,jk->ik", R, missing)
 
 
 def _move_within_limits(robot: Robot) -> None:

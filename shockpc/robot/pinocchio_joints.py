@@ -31,13 +31,13 @@ def axis_joint(kind: str, *axis: float) -> Any:
 
 
 def add_joint(
-    model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str, above: int = 0
+    model: pin.Model, carrier: int, joint: Any, placement: pin.SE3, name: str, above: int = 0
 ) -> int:
     """Add a joint and its frame to a model; returns its index.
 
     Args: above, frame of the link that carries it, if it is known.
     """
-    index: int = model.addJoint(carrier, joint, place, name)
+    index: int = model.addJoint(carrier, joint, placement, name)
     model.addJointFrame(index, above)
     return index
 

@@ -245,9 +245,10 @@ class Robot:
         origins = np.empty((len(Q), len(self.single_joints), 3))
         first = 0
         for body, joint in zip(self.bodies, self.joints, strict=True):
-            place, end = pin.SE3(body.rotation, body.offset), first + len(joint.parts or (joint,))
+            placement = pin.SE3(body.rotation, body.offset)
+            end = first + len(joint.parts or (joint,))
             # the last part's frame is that which carries the body
-            origins[:, end - 1] = place.actInv(np.zeros(3))
+            origins[:, end - 1] = placement.actInv(np.zeros(3))
             if joint.parts:
                 model = self.model.joints[body.joint]
                 data = model.createData()
@@ -256,7 +257,7 @@ class Robot:
                     # The placement of the last part's frame in that of each part but the last.
                     placements = data.extract().iMlast.tolist()[1:]
                     origins[k, first : end - 1] = [
-                        place.actInv(last.inverse().translation) for last in placements
+                        placement.actInv(last.inverse().translation) for last in placements
                     ]
             first = end
         return origins
@@ -458,12 +459,10 @@ class Robot:
 
     def body(self, pattern: str) -> int:
         """Index of the one body that a name or a glob means, as in `match_bodies`."""
-        first, *others = self.match_bodies(pattern)
-        if others:
-            raise self.unknown(
-                "single body", pattern, (self.bodies[i].name for i in (first, *others))
-            )
-        return first
+        bodies = self.match_bodies(pattern)
+        if len(bodies) > 1:
+            raise self.unknown("single body", pattern, (self.bodies[i].name for i in bodies))
+        return bodies[0]
 
     @cached_property
     def _places(self) -> Mapping[str, int]:
@@ -489,14 +488,14 @@ class Robot:
 
         They are computed without `pin.Data`, whose size is as the cube of the number of joints.
         """
-        placed, model = [pin.SE3.Identity()], self.model
-        for joint, place, parent in list(
+        placements, model = [pin.SE3.Identity()], self.model
+        for joint, placement, parent in list(
             zip(model.joints, model.jointPlacements, model.parents, strict=True)
         )[1:]:
             data = joint.createData()
             joint.calc(data, q)
-            placed.append(placed[parent] * (place * data.M))
-        return placed
+            placements.append(placements[parent] * (placement * data.M))
+        return placements
 
     def body_placements(self, q: Array) -> list[pin.SE3]:
         """Placements of the bodies' frames in the world, as `joint_placements`."""

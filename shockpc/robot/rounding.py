@@ -98,9 +98,9 @@ def _bodies(
         name = part.get("name", "") if part.tag == "body" else ""
         if name:
             turned = length = 0.0
-            for placed in (part, *part.findall("joint")):
-                turned += _of_placement(placed, degrees)
-                for text in placed.get("pos", "").split():
+            for holder in (part, *part.findall("joint")):
+                turned += _of_placement(holder, degrees)
+                for text in holder.get("pos", "").split():
                     length = max(length, _of_length(text))
             yield name, (carrier, np.array([turned, length]))
         yield from _bodies(part, name or carrier, degrees)

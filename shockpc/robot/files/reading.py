@@ -92,15 +92,15 @@ class OpenFolders(NamedTuple):
     allowed: tuple[Path, ...]
     seen: "dict[Path, _State]"
 
-    def note(self, path: Path, whole: bool = False) -> None:
+    def note(self, path: Path, with_bytes: bool = False) -> None:
         """Remember the state of a file or folder that is about to be read, for `unchanged`."""
-        self.seen.setdefault(path, _state(path, whole))
+        self.seen.setdefault(path, _state(path, with_bytes))
 
     def unchanged(self) -> bool:
         """True if all that was read is still as it was."""
         for path, state in tuple(self.seen.items()):
-            whole = state is not None and state[-1] is not None
-            if state != _state(path, whole):
+            with_bytes = state is not None and state[-1] is not None
+            if state != _state(path, with_bytes):
                 return False
         return True
 
@@ -115,8 +115,8 @@ class OpenFolders(NamedTuple):
 
     def contain(self, path: Path) -> bool:
         """True if a path, after following `..` and symbolic links, lies inside the folders."""
-        place = Path(os.path.realpath(path))
-        return any(place.is_relative_to(folder) for folder in self.allowed)
+        target = Path(os.path.realpath(path))
+        return any(target.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
         """Return a path with links resolved, which the robot file calls `named`.
@@ -125,19 +125,19 @@ class OpenFolders(NamedTuple):
             RobotError: it lies outside the folders.
         """
         self.note(path)
-        place = Path(os.path.realpath(path))
-        if not self.contain(place):
+        target = Path(os.path.realpath(path))
+        if not self.contain(target):
             package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
-            folder = str(place).removesuffix(package[2]) if package else str(place)
-            definition = (
-                f"{package[1]}={folder}" if package and folder != str(place) else "NAME=DIR"
-            )
+            folder = str(target).removesuffix(package[2]) if package else str(target)
+            definition = "NAME=DIR"
+            if package and folder != str(target):
+                definition = f"{package[1]}={folder}"
             raise RobotError(
-                f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be '
+                f'{self.file.name}: "{named}" leads to "{target}", outside the folders that may be '
                 f"read ({listed(self.allowed)}). "
                 f"If it belongs to the robot, name the folder that holds it: --package {definition}"
             )
-        return place
+        return target
 
     def package(self, name: str, named: str) -> Path:
         """Find a package as given, then in ROS_PACKAGE_PATH, then above the file.
@@ -186,21 +186,21 @@ class OpenFolders(NamedTuple):
         folder, wanted = self.packages[MESHES], [part for part in unquote(uri).split("/") if part]
         self.note(folder)
         alike: dict[int, list[Path]] = {}
-        for place, _, files in os.walk(folder):
+        for directory, _, files in os.walk(folder):
             if not wanted or wanted[-1] not in files:
                 continue
-            path = Path(place, wanted[-1])
+            path = Path(directory, wanted[-1])
             same = (a == b for a, b in zip(reversed(wanted), reversed(path.parts), strict=False))
             alike.setdefault(sum(1 for _ in itertools.takewhile(bool, same)), []).append(path)
         if not alike:
             raise RobotError(f'{refusal}; nor is a file of this name in "{folder}" (--meshes)')
-        first, *others = sorted(alike[max(alike)])
-        if others:
+        likest = sorted(alike[max(alike)])
+        if len(likest) > 1:
             raise RobotError(
-                f'{self.file.name}: "{uri}" may be "{first}" or "{others[0]}"; name a folder with '
-                f"one of them, or the package"
+                f'{self.file.name}: "{uri}" may be "{likest[0]}" or "{likest[1]}"; name a folder '
+                f"with one of them, or the package"
             )
-        return self.resolve(first, uri)
+        return self.resolve(likest[0], uri)
 
     def _as_named(self, uri: str) -> Path:
         """Find a file where the robot file says that it is.
@@ -212,25 +212,25 @@ class OpenFolders(NamedTuple):
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
         """
-        scheme, separator, rest = uri.partition("://")
+        scheme, separator, location = uri.partition("://")
         if not separator:
             path = self.file.parent / uri
         elif scheme == "file":
-            path = self.file.parent / unquote(rest.removeprefix("localhost"))
+            path = self.file.parent / unquote(location.removeprefix("localhost"))
         elif scheme in ("package", "model"):
-            name, _, inside = rest.lstrip("/").partition("/")
-            beside = self.file.parent / rest.lstrip("/")  # what no package is named for
-            nameless = rest.startswith("/") and (not inside or os.path.isfile(beside))
+            name, _, inside = location.lstrip("/").partition("/")
+            beside = self.file.parent / location.lstrip("/")  # what no package is named for
+            nameless = location.startswith("/") and (not inside or os.path.isfile(beside))
             path = beside if nameless else self.package(name, f'"{uri}"') / inside
         else:
             raise RobotError(
                 f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// '
                 f"are followed"
             )
-        place = self.resolve(path, uri)
-        if not os.path.isfile(place):
-            raise RobotError(f'{self.file.name}: "{uri}" is missing: no file "{place}"')
-        return place
+        target = self.resolve(path, uri)
+        if not os.path.isfile(target):
+            raise RobotError(f'{self.file.name}: "{uri}" is missing: no file "{target}"')
+        return target
 
     def _package_name(self, folder: Path) -> str | None:
         """The name that a folder's package.xml gives to the package.
@@ -259,29 +259,24 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     Raises:
         RobotError: a given package folder does not exist.
     """
-    given: dict[str, Path] = {}
+    by_name: dict[str, Path] = {}
     for name, folder in packages.items():
-        place = Path(os.path.expanduser(folder))
-        if not os.path.isdir(place):
+        named_folder = Path(os.path.expanduser(folder))
+        if not os.path.isdir(named_folder):
             option = "--meshes DIR" if name == MESHES else f"--package {name}=DIR"
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct {option}')
-        given[name] = place.resolve()
+        by_name[name] = named_folder.resolve()
     above = file.parent.parent
-    opened = (
-        file.parent
-        if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above)
-        else above
-    )
-    opened = next(
-        (folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened
-    )
-    allowed = [opened.resolve(), *given.values()]
+    home = Path(os.path.realpath(os.path.expanduser("~")))
+    packages_above = (folder for folder in file.parents if os.path.isfile(folder / "package.xml"))
+    opened = next(packages_above, file.parent if home.is_relative_to(above) else above)
+    allowed = [opened.resolve(), *by_name.values()]
     for entry in _ros_package_path():
         allowed.append(Path(os.path.realpath(entry)))
-    return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
+    return OpenFolders(file, by_name, tuple(dict.fromkeys(allowed)), {})
 
 
-def _state(path: Path, whole: bool) -> _State:
+def _state(path: Path, with_bytes: bool) -> _State:
     """The state of a file or folder, with its bytes if they are to be compared as a whole."""
     try:
         status = os.stat(path)
@@ -290,7 +285,7 @@ def _state(path: Path, whole: bool) -> _State:
             status.st_ino,
             status.st_size,
             status.st_mtime_ns,
-            read_file(path, "file", RobotError) if whole else None,
+            read_file(path, "file", RobotError) if with_bytes else None,
         )
     except (OSError, RobotError):
         return None

@@ -159,20 +159,20 @@ class _Walk(NamedTuple):
     kinds: dict[_Kind, list[tuple[str, str]]]
     near: dict[tuple[str, str], bool]
 
-    def add(self, rule: _Rule, what: str, owner: Element, value: str = "") -> None:
-        self._note(_Kind(rule.treatment, what, rule.consequence), owner, value)
+    def add(self, rule: _Rule, subject: str, owner: Element, value: str = "") -> None:
+        self._note(_Kind(rule.treatment, subject, rule.consequence), owner, value)
 
     def add_unknown(
-        self, what: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element
+        self, subject: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element
     ) -> None:
         """Note a name that is in no row of the table.
 
         Args: holder, the element in which it is; known, the names there.
         """
-        kind = "element" if what.startswith("<") else "attribute"
+        kind = "element" if subject.startswith("<") else "attribute"
         consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
         names = tuple(key for key in known if key not in (_ALL, _TEXT_OF))
-        self._note(_Kind("warn", what, consequence, name, names), owner)
+        self._note(_Kind("warn", subject, consequence, name, names), owner)
 
     def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
         subject = ""

@@ -152,8 +152,8 @@ def _include(
         part = read_xml(path)
         included |= dict.fromkeys(part.iter("mesh"), path)
         _include(part, folders, folders._replace(file=path), opened, included)
-        place = list(parent).index(child)
-        parent[place : place + 1] = list(part)
+        index = list(parent).index(child)
+        parent[index : index + 1] = list(part)
 
 
 def _size(element: Element) -> int:

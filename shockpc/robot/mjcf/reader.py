@@ -241,26 +241,30 @@ def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
     Many geoms are feet.
     """
     model = pin.Model()
-    places: dict[int, tuple[int, pin.SE3]] = {}  # joint of each body, and the body's frame in it
+    # The joint of each body, and the body's frame in it.
+    placements: dict[int, tuple[int, pin.SE3]] = {}
     carrying = {0: 0}  # the frame of each body
     for body in bodies:
-        joint, place = 0, pin.SE3.Identity()
+        joint, placement = 0, pin.SE3.Identity()
         if body:
             parent = int(m.body_parentid[body])
-            joint, carrier = places[parent]
-            place = carrier * frame_at(m.body_pos[body], m.body_quat[body])
+            joint, carrier = placements[parent]
+            placement = carrier * frame_at(m.body_pos[body], m.body_quat[body])
             above = carrying[parent]
-            first, count = int(m.body_jntadr[body]), int(m.body_jntnum[body])
-            if count:
-                joint, place = _add_joint(m, model, joint, place, range(first, first + count))
+            first = int(m.body_jntadr[body])
+            numbers = range(first, first + int(m.body_jntnum[body]))
+            if numbers:
+                joint, placement = _add_joint(m, model, joint, placement, numbers)
                 above = 0
-            carrying[body] = _add_body(m, model, body, joint, above, place)
-        places[body] = joint, place
-        _add_sites_and_geoms(m, model, body, joint, place)
+            carrying[body] = _add_body(m, model, body, joint, above, placement)
+        placements[body] = joint, placement
+        _add_sites_and_geoms(m, model, body, joint, placement)
     return model
 
 
-def _add_body(m: Any, model: pin.Model, body: int, joint: int, above: int, place: pin.SE3) -> int:
+def _add_body(
+    m: Any, model: pin.Model, body: int, joint: int, above: int, placement: pin.SE3
+) -> int:
     """Add a body to a model; return the index of its frame.
 
     Args:
@@ -269,7 +273,7 @@ def _add_body(m: Any, model: pin.Model, body: int, joint: int, above: int, place
         body: its number.
         joint: that carries it.
         above: frame of the parent to which it is fixed; 0 if it has a joint of its own.
-        place: its frame in that of the joint.
+        placement: its frame in that of the joint.
     """
     name = m.body(body).name
     if name == "universe":
@@ -280,11 +284,13 @@ def _add_body(m: Any, model: pin.Model, body: int, joint: int, above: int, place
     moments = R @ np.diag(m.body_inertia[body]) @ R.T
     symmetric = (moments + moments.T) / 2.0
     inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), symmetric)
-    frame = pin.Frame(name, joint, above, place, pin.FrameType.BODY, inertia)
+    frame = pin.Frame(name, joint, above, placement, pin.FrameType.BODY, inertia)
     return int(model.addFrame(frame))
 
 
-def _add_sites_and_geoms(m: Any, model: pin.Model, body: int, joint: int, place: pin.SE3) -> None:
+def _add_sites_and_geoms(
+    m: Any, model: pin.Model, body: int, joint: int, placement: pin.SE3
+) -> None:
     """Add the named sites and collision geoms of a body as frames; the first of a name counts."""
     collides = (m.geom_contype | m.geom_conaffinity) != 0
     solid = (m.geom_bodyid == body) & (m.geom_type != MESH) & collides
@@ -294,12 +300,12 @@ def _add_sites_and_geoms(m: Any, model: pin.Model, body: int, joint: int, place:
     for item, kind in items:
         known = model.existFrame(item.name, site) or model.existFrame(item.name, geom)
         if item.name and not known:
-            frame = pin.Frame(item.name, joint, 0, place * frame_at(item.pos, item.quat), kind)
+            frame = pin.Frame(item.name, joint, 0, placement * frame_at(item.pos, item.quat), kind)
             model.addFrame(frame, False)
 
 
 def _add_joint(
-    m: Any, model: pin.Model, carrier: int, place: pin.SE3, numbers: range
+    m: Any, model: pin.Model, carrier: int, placement: pin.SE3, numbers: range
 ) -> tuple[int, pin.SE3]:
     """Add the joint of a body to a model; return its index, and the body's frame in the joint's.
 
@@ -307,7 +313,7 @@ def _add_joint(
         m: the compiled model.
         model: which gets the joint.
         carrier: joint that carries it.
-        place: frame of the body in that of the carrier.
+        placement: frame of the body in that of the carrier.
         numbers: of its MuJoCo joints; several make one composite joint.
     """
     name = "+".join(m.joint(number).name for number in numbers)
@@ -325,15 +331,15 @@ def _add_joint(
         anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
         part, rest = _single_joint(m, number)
         parts.append(part)
-        steps.append(place * anchor * rest)
-        place = anchor.inverse()
+        steps.append(placement * anchor * rest)
+        placement = anchor.inverse()
     joint = parts[0]
     if len(parts) > 1:
         joint = pin.JointModelComposite()
         joint.addJoint(parts[0], pin.SE3.Identity())
         for part, step in zip(parts[1:], steps[1:], strict=True):
             joint.addJoint(part, step)
-    return add_joint(model, carrier, joint, steps[0], name), place
+    return add_joint(model, carrier, joint, steps[0], name), placement
 
 
 def _single_joint(m: Any, number: int) -> tuple[Any, pin.SE3]:

@@ -78,11 +78,11 @@ def _roots_with(m: Any, frames: Sequence[str]) -> list[int]:
             name = item(number).name
             if name:
                 roots.setdefault(name, []).append(int(m.body_rootid[body]))
-    found = []
+    matching = []
     for frame in frames:
         for name in matches(frame, roots):
-            found += roots[name]
-    return found
+            matching += roots[name]
+    return matching
 
 
 def _with_most_joints(m: Any, mass: dict[int, float]) -> int:

@@ -165,8 +165,8 @@ def facets(shape: Shape) -> list[Array]:
         # A box needs no library, whose import takes as long as reading the meshes of a robot.
         if shortest > 1e-6 * longest:
             return list(points[_BOX])
-    found = hull(points)
-    return [points] if found is None else list(points[found.simplices])
+    polyhedron = hull(points)
+    return [points] if polyhedron is None else list(points[polyhedron.simplices])
 
 
 def half_spaces(shape: Shape) -> HalfSpaces | None:
@@ -174,10 +174,10 @@ def half_spaces(shape: Shape) -> HalfSpaces | None:
 
     None for a mesh, which need not be convex, and for a flat shape, which has no inside.
     """
-    found = None if shape.mesh is not None else hull(_corners(shape))
-    if found is None:
+    polyhedron = None if shape.mesh is not None else hull(_corners(shape))
+    if polyhedron is None:
         return None
-    faces = np.unique(found.equations.round(12), axis=0)
+    faces = np.unique(polyhedron.equations.round(12), axis=0)
     return HalfSpaces(faces[:, :3], -faces[:, 3])
 
 

@@ -197,9 +197,9 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
         robot: the robot.
         shapes: whether its shapes count, for which meshes are read.
     """
-    places = robot.body_placements(pin.neutral(robot.model))
-    R = np.array([place.rotation for place in places])
-    p = np.array([place.translation for place in places])
+    placements = robot.body_placements(pin.neutral(robot.model))
+    R = np.array([placement.rotation for placement in placements])
+    p = np.array([placement.translation for placement in placements])
 
     def placed(bodies: np.ndarray, points: Array) -> Array:
         """Points (n, 3) of bodies (n,) in the world."""

@@ -40,15 +40,15 @@ def striking(robot: Robot, name: str) -> Striking:
     """
     frame = robot.frame(name)
     links = robot.bodies[frame.body].links if robot.parents[frame.body] >= 0 else ()
-    own, unread = own_shapes(robot, name)
+    of_frame, unread = own_shapes(robot, name)
     is_end = name in each_foot(robot)
     is_whole_foot = is_end and recognised(robot)
-    if own and (not is_end or not links or _is_ball_at_end(own, frame, links)):
-        return Striking(own, unread, False, is_whole_foot)
+    if of_frame and (not is_end or not links or _is_ball_at_end(of_frame, frame, links)):
+        return Striking(of_frame, unread, False, is_whole_foot)
     shapes, lost = _shapes_of_links(robot, links)
     if is_whole_foot and not shapes and not lost:
         shapes = _marked_points(robot, frame.body)
-    is_place = not own and name not in links[:1]
+    is_place = not of_frame and name not in links[:1]
     return Striking(shapes, lost, is_place, is_whole_foot)
 
 
@@ -90,8 +90,8 @@ def _shapes_of_links(
     """The shapes of some links, and those that could not be read."""
     shapes, unread = list[Shape](), list[UnreadShape]()
     for link in links:
-        found, lost = shapes_of(robot, link)
-        shapes += found
+        of_link, lost = shapes_of(robot, link)
+        shapes += of_link
         unread += lost
     return tuple(shapes), tuple(unread)
 

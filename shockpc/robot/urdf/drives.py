@@ -216,7 +216,7 @@ def _velocities(model: pin.Model, joint: str) -> slice:
     return slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
 
 
-def _at_least_zero(joint: str, what: str, text: str | None) -> float:
+def _at_least_zero(joint: str, quantity: str, text: str | None) -> float:
     """A number of a drive, zero where none is written.
 
     It is refused if it is empty, negative or not finite.
@@ -224,8 +224,8 @@ def _at_least_zero(joint: str, what: str, text: str | None) -> float:
     value = vector("0" if text is None else text, 1)
     if value is None or value[0] < 0.0:
         raise RobotError(
-            f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below '
-            f"zero",
+            f'joint "{joint}": its {quantity} is "{text}"; it has to be one finite number not '
+            f"below zero",
             joints=[joint],
         )
     return float(value[0])

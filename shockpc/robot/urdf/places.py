@@ -53,9 +53,9 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
             f"it names {len(places)} places by frames and sensors, and up to {LINKS} are read; "
             f"leave some out"
         )
-    for element, link, place in places:
+    for element, link, placement in places:
         name, kind = element.get("name", ""), element.tag
-        fault = _add_place(model, name, link, place)
+        fault = _add_place(model, name, link, placement)
         if fault:
             faults.append((kind, name, fault))
         elif kind == "sensor" and element.get("type") == "imu":
@@ -63,15 +63,15 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
     return tuple(dict.fromkeys(imus)), grouped(faults)
 
 
-def _add_place(model: pin.Model, name: str, link: str, place: pin.SE3 | None) -> str:
+def _add_place(model: pin.Model, name: str, link: str, placement: pin.SE3 | None) -> str:
     """Add a place on a link to a model, if it is new; say why it cannot be added, else nothing."""
-    if place is None:
+    if placement is None:
         return "has a place that is not read; it is left out"
     if not model.existFrame(link, pin.FrameType.BODY):
         return f'is on "{link}", which is no link of the file; it is left out'
     number = model.getFrameId(link, pin.FrameType.BODY)
     joint = model.frames[number].parentJoint
-    at = model.frames[number].placement * place
+    at = model.frames[number].placement * placement
     if not model.existFrame(name):
         model.addFrame(pin.Frame(name, joint, number, at, pin.FrameType.OP_FRAME), False)
         return ""
@@ -157,17 +157,20 @@ def ball_joints(
     for loop in root.findall("loop_joint"):
         kind = loop.get("type", "spherical" if loop.find("axis") is None else "revolute")
         free = {**dict.fromkeys(_HINGES, 1), **dict.fromkeys(_BALLS, 3)}.get(kind, 0)
-        for end in (
-            end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order
-        ):
-            link, place, chain = end.get("link", ""), _placed(end, loop), list[str]()
+        for end in loop:
+            if end.tag not in ("link1", "link2") or end.get("link") not in order:
+                continue
+            link = end.get("link", "")
+            placement = _placed(end, loop)
+            chain: list[str] = []
             while not carried[link] and order[link][0]:
                 joint = joints[order[link][0]]
                 if joint.get("type") != "fixed":
-                    if joint.get("type") not in _HINGES or np.abs(place.translation).max() > 1e-9:
+                    at_end = np.abs(placement.translation).max() <= 1e-9
+                    if joint.get("type") not in _HINGES or not at_end:
                         break
                     chain.append(order[link][0])
-                link, place = order[link][1], place_of(joint, "joint") * place
+                link, placement = order[link][1], place_of(joint, "joint") * placement
             else:
                 if len(chain) + free >= 3:
                     parts |= dict.fromkeys(chain, loop.get("name", ""))
@@ -282,9 +285,9 @@ def _fault(robot: Robot, links: list[str]) -> str:
     return ""
 
 
-def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
+def _end(frame: Frame, placement: pin.SE3) -> tuple[int, pin.SE3]:
     """One end of a loop: its body, and the end's place in the body's frame."""
-    return frame.body, pin.SE3(frame.rotation, frame.offset) * place
+    return frame.body, pin.SE3(frame.rotation, frame.offset) * placement
 
 
 def _closed(

@@ -357,24 +357,24 @@ def _model(
 ) -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
     model = pin.Model()
-    places, frames = {"": (0, pin.SE3.Identity())}, {"": 0}
+    placements, frames = {"": (0, pin.SE3.Identity())}, {"": 0}
     for link, (name, parent) in order.items():
-        carrier, place = places[parent]
+        carrier, placement = placements[parent]
         if name:
-            carrier, place = _add_joint(
-                model, joints[name], carrier, place, frames[parent], name == base
+            carrier, placement = _add_joint(
+                model, joints[name], carrier, placement, frames[parent], name == base
             )
         elif not base:
-            carrier = add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint")
-        places[link] = carrier, place
+            carrier = add_joint(model, 0, pin.JointModelFreeFlyer(), placement, "root_joint")
+        placements[link] = carrier, placement
         above = model.nframes - 1
-        frame = pin.Frame(link, carrier, above, place, pin.FrameType.BODY, inertias[link])
+        frame = pin.Frame(link, carrier, above, placement, pin.FrameType.BODY, inertias[link])
         frames[link] = model.addFrame(frame)
     return model
 
 
 def _add_joint(
-    model: pin.Model, joint: Element, carrier: int, place: pin.SE3, above: int, is_base: bool
+    model: pin.Model, joint: Element, carrier: int, placement: pin.SE3, above: int, is_base: bool
 ) -> tuple[int, pin.SE3]:
     """Add a joint to a model; return the joint that carries its child, and the child's place in it.
 
@@ -382,19 +382,19 @@ def _add_joint(
         model: which gets the joint.
         joint: its element.
         carrier: joint that carries the parent link.
-        place: of the parent link in it.
+        placement: of the parent link in it.
         above: frame of the parent link.
         is_base: whether it is the floating base.
     """
     name = joint.get("name", "")
     subject, kind = f'joint "{name}"', joint.get("type")
-    place = place * place_of(joint, subject)
+    placement = placement * place_of(joint, subject)
     if kind == "fixed":
-        frame = pin.Frame(name, carrier, above, place, pin.FrameType.FIXED_JOINT)
+        frame = pin.Frame(name, carrier, above, placement, pin.FrameType.FIXED_JOINT)
         model.addFrame(frame, False)
-        return carrier, place
+        return carrier, placement
     moving = pin.JointModelFreeFlyer() if is_base else _moving(joint, subject)
-    index = add_joint(model, carrier, moving, place, name, above)
+    index = add_joint(model, carrier, moving, placement, name, above)
     if kind in ("revolute", "prismatic"):
         lower, upper = _range(joint, subject)
         model.lowerPositionLimit[model.idx_qs[index]] = lower
@@ -452,14 +452,14 @@ def _inertia(link: Element, subject: str) -> pin.Inertia:
         )
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     moments = [numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys]
-    place = place_of(inertial, subject)
-    R = place.rotation
+    placement = place_of(inertial, subject)
+    R = placement.rotation
     tensor = R @ np.array(moments)[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ R.T
     # Not by its constructor, which refuses negative moments; the landing refuses them where they
     # matter.
     inertia = pin.Inertia.Zero()
     inertia.mass = float(mass)
-    inertia.lever = place.translation
+    inertia.lever = placement.translation
     inertia.inertia = (tensor + tensor.T) / 2.0
     return inertia
 

@@ -185,20 +185,20 @@ def _inertias(robot: Robot, record: Any) -> Iterator[str]:
         if frame.type == pin.FrameType.BODY:
             ours[frame.name] = frame.inertia
     for link in record.links:
-        own = ours.get(link.name)
-        if own is None:
+        inertia = ours.get(link.name)
+        if inertia is None:
             continue
-        mass, place, tensor = 0.0, np.eye(4), np.zeros((3, 3))
+        mass, placement, tensor = 0.0, np.eye(4), np.zeros((3, 3))
         if link.inertial is not None:
             mass = link.inertial.mass
             if link.inertial.origin is not None:
-                place = link.inertial.origin
-            R = place[:3, :3]
+                placement = link.inertial.origin
+            R = placement[:3, :3]
             tensor = R @ link.inertial.inertia @ R.T
         for what, here, there in (
-            ("mass", own.mass, mass),
-            ("centre of mass", own.lever, place[:3, 3]),
-            ("inertia", own.inertia, tensor),
+            ("mass", inertia.mass, mass),
+            ("centre of mass", inertia.lever, placement[:3, 3]),
+            ("inertia", inertia.inertia, tensor),
         ):
             tolerance = TOLERANCE * max(1.0, np.abs(there).max())
             if not np.allclose(here, there, rtol=0.0, atol=tolerance):
@@ -239,19 +239,21 @@ def _placement(robot: Robot, joints: list[pin.SE3], link: str) -> Array:
     return np.array(joints[frame.parentJoint] * frame.placement)
 
 
-def _placed(record: Any, root: str, place: Array, values: Mapping[str, float]) -> dict[str, Array]:
+def _placed(
+    record: Any, root: str, root_placement: Array, values: Mapping[str, float]
+) -> dict[str, Array]:
     """The placement (4, 4) of every link by the joints of the second reader.
 
     Args:
         record: of yourdfpy.
         root: link that no joint carries.
-        place: (4, 4) of it.
+        root_placement: (4, 4) of it.
         values: of the joints [rad, m].
     """
     below: dict[str, list[Any]] = {}
     for joint in record.joints:
         below.setdefault(joint.parent, []).append(joint)
-    placed = {root: place}
+    placements = {root: root_placement}
     waiting = [root]
     while waiting:
         link = waiting.pop()
@@ -262,6 +264,6 @@ def _placed(record: Any, root: str, place: Array, values: Mapping[str, float]) -
             elif joint.type == "prismatic":
                 motion[:3, 3] = values[joint.name] * joint.axis / np.linalg.norm(joint.axis)
             origin = np.eye(4) if joint.origin is None else joint.origin
-            placed[joint.child] = placed[link] @ origin @ motion
+            placements[joint.child] = placements[link] @ origin @ motion
             waiting.append(joint.child)
-    return placed
+    return placements
