@@ -23,7 +23,7 @@ from shockpc.core.threads import one_thread
 from shockpc.impact.companions import Companions
 from shockpc.impact.landed import proven, solved
 from shockpc.impact.stops import refuse_missed, with_stops
-from shockpc.judgement.health import health_of, warnings_of
+from shockpc.judgement.health import all_warnings, health_of
 from shockpc.judgement.unknowns import unknowns_of
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
@@ -43,7 +43,7 @@ from shockpc.text.trace import Trace
 if TYPE_CHECKING:
     from shockpc.quantities.maps import ShockMaps
 
-JUDGE = Judge(health_of, warnings_of, unknowns_of)
+JUDGE = Judge(health_of, all_warnings, unknowns_of)
 """Judges every profile."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4

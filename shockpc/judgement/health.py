@@ -58,7 +58,7 @@ def _not_known(profile: ShockProfile) -> Iterator[Diagnostic]:
         yield Diagnostic(unknown.kind, subjects, unknown.effect, str(unknown))
 
 
-def warnings_of(profile: ShockProfile) -> tuple[Diagnostic, ...]:
+def all_warnings(profile: ShockProfile) -> tuple[Diagnostic, ...]:
     """The warnings of a profile, one for each cause, those of the largest effect first."""
     return by_cause(itertools.chain.from_iterable(check(profile) for check in CHECKS))
 

@@ -17,7 +17,7 @@ from shockpc.quantities.of_points import (
     DELTA_V,
     MOST_SEVERE,
     point_velocity,
-    shock,
+    shock_at_points,
     world_position,
 )
 from shockpc.quantities.quantity import (
@@ -338,7 +338,7 @@ BODIES = (
         "shock at the centre of mass",
         "1",
         "greater",
-        shock,
+        shock_at_points,
         largest_shock,
         relations=Relations(
             most_severe=MOST_SEVERE, also=("friction", "stiffness"), length_of=DELTA_V

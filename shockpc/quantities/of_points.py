@@ -59,7 +59,7 @@ def _delta_v(impact: Impact, places: Places) -> Any:
     return (axes @ point_velocity(impact, places)[..., None])[..., 0]
 
 
-def shock(impact: Impact, places: Places) -> Any:
+def shock_at_points(impact: Impact, places: Places) -> Any:
     """|Δv| / v_in (N, S, n) (Eq. 2)."""
     return norm(point_velocity(impact, places)) / impact.v_in[..., None]
 
@@ -234,7 +234,7 @@ SHOCK = Quantity(
     "shock",
     "1",
     "greater",
-    shock,
+    shock_at_points,
     largest_shock,
     relations=Relations(most_severe=MOST_SEVERE, also=("friction", "stiffness"), length_of=DELTA_V),
 )
@@ -328,7 +328,7 @@ POINTS = (
         "shock with free joints",
         "1",
         "greater",
-        shock,
+        shock_at_points,
         largest_shock,
         scope=Scope("not solvable with free joints"),
         computation=Computation("free", postures="one"),
@@ -339,7 +339,7 @@ POINTS = (
         "shock with locked joints",
         "1",
         "greater",
-        shock,
+        shock_at_points,
         largest_shock,
         scope=Scope("not solvable with locked joints"),
         computation=Computation("locked", postures="one"),
@@ -350,7 +350,7 @@ POINTS = (
         "shock with locked joints but those with springs",
         "1",
         "greater",
-        shock,
+        shock_at_points,
         largest_shock,
         scope=Scope("no joint has a spring, or not solvable"),
         computation=Computation("springs_free", postures="one"),

@@ -173,12 +173,12 @@ def point_shocks(profile: LandingValues) -> tuple[PointShock, ...]:
     for place in profile.landing.points:
         is_held = place.body < 0
         bodies.append("world" if is_held else profile.robot.bodies[place.body].name)
-    extremes = extreme_directions(profile, "point")
+    extremes = directions_of(profile, "point")
     each = [ExtremeDirections(*parts) for parts in zip(*extremes, strict=True)]
     return _records(PointShock, profile, "point", {"body": bodies, "directions": each})
 
 
-def extreme_directions(profile: LandingValues, kind: PlaceKind) -> ExtremeDirections:
+def directions_of(profile: LandingValues, kind: PlaceKind) -> ExtremeDirections:
     """The most and the least severe impact directions at all places of a kind."""
     return ExtremeDirections(
         profile.value("most_severe_direction", kind),

@@ -62,7 +62,7 @@ WITHOUT_SYMBOLS = frozenset(
 """Quantities whose formulas compare numbers or search, so that they have no symbols."""
 
 
-def has_symbols(quantity: Quantity) -> bool:
+def has_symbolic_form(quantity: Quantity) -> bool:
     """True if the numbers of a quantity can be written in symbols, for any posture."""
     computed = quantity.computation.postures == "many" and not quantity.relations.role
     return computed and quantity.of != "part" and quantity.key not in WITHOUT_SYMBOLS

@@ -36,7 +36,7 @@ from shockpc.quantities.records import (
     StanceImpulse,
     brackets,
     contact_impulses,
-    extreme_directions,
+    directions_of,
     joint_loads,
     part_margins,
     point_shocks,
@@ -222,7 +222,7 @@ class ShockProfile(LandingValues):
     @cached_property
     def directions(self) -> ExtremeDirections:
         """Most and least severe impact directions of the bodies' centres of mass."""
-        return extreme_directions(self, "body")
+        return directions_of(self, "body")
 
     @cached_property
     def points(self) -> tuple[PointShock, ...]:

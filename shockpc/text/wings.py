@@ -41,7 +41,7 @@ class Wing(NamedTuple):
             in the plane with a note; and `beyond_report()`, what the rigid answer of the paper is
             off by.
         sliders: `posture_of(landing, surfaces, joints)`, those of a page for the posture: a
-            `Posture` of `show.html.posture`.
+            `PostureSliders` of `show.html.posture`.
     """
 
     formats: str = ""

@@ -360,7 +360,7 @@ def reach_rates(
     Args: as for `height_rates`.
     """
     values, lowest = _reach(landing, state, constraints, places)
-    low = np.take_along_axis(lowest_points(landing, state), lowest[..., None], axis=1)
+    low = np.take_along_axis(lowest_points_of_shapes(landing, state), lowest[..., None], axis=1)
     contacts = [constraints[place.number] for place in places]
     arms = low - np.stack([constraint_point(state, contact) for contact in contacts], axis=1)
     # Both points turn with the body: the rate is (r × n) · ω.
@@ -394,7 +394,7 @@ def height_rates(
 
     # Points that may be the lowest ones: of all shapes, and of the contacts.
     grounded = _grounded_points(landing, state, constraints)
-    points = np.concatenate([lowest_points(landing, state), grounded], axis=1)
+    points = np.concatenate([lowest_points_of_shapes(landing, state), grounded], axis=1)
     of_contacts = [constraints[k].body for k in on_ground(landing)]
     bodies = np.append(body_outline(landing.robot).pieces.body, of_contacts)
 
@@ -416,7 +416,9 @@ def height_rates(
     return values, rates[:, 1:] - rates[:, :1]
 
 
-def lowest_points(landing: Landing, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
+def lowest_points_of_shapes(
+    landing: Landing, state: Dynamics, bodies: Sequence[int] | None = None
+) -> Array:
     """The lowest points (N, n, 3) of the n shapes of bodies, world axes, from the base [m].
 
     Args:

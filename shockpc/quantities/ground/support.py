@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import Landing
 from shockpc.method.dynamics import Dynamics
-from shockpc.quantities.ground.heights import lowest_points
+from shockpc.quantities.ground.heights import lowest_points_of_shapes
 from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.bent_legs import ends_leg
 from shockpc.robot.bodies_and_joints import Frame
@@ -220,7 +220,7 @@ def _lowest_of_feet(landing: Landing, state: Dynamics) -> tuple[Array, np.ndarra
     feet = standing_feet(landing.robot)
     frames = places_of_feet(landing, state)
     of_feet = [foot.body for foot in feet]
-    low = lowest_points(landing, state, of_feet)
+    low = lowest_points_of_shapes(landing, state, of_feet)
     of_shapes = body_outline(landing.robot).pieces.body
     of_shapes = of_shapes[np.isin(of_shapes, of_feet)]
     points = []

@@ -27,7 +27,7 @@ from shockpc.show.figure.body_shapes import body_shapes
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.view import numbered
 from shockpc.show.html.charts import CONFIG, STYLES, picture, placed
-from shockpc.show.html.posture import Posture
+from shockpc.show.html.posture import PostureSliders
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.wording import BRACKETED
 from shockpc.text.printed import printable
@@ -56,7 +56,7 @@ def surfaces_of(landings: Mapping[str, ShockProfile]) -> SurfacesOf:
 
 
 def page_data(
-    landings: Mapping[str, ShockProfile], drawn: SurfacesOf, postures: Mapping[str, Posture]
+    landings: Mapping[str, ShockProfile], drawn: SurfacesOf, postures: Mapping[str, PostureSliders]
 ) -> dict[str, Any]:
     """The data that the script needs.
 

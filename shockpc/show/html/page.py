@@ -15,7 +15,7 @@ from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.html.blocks import html_text, lines_html, table_html
 from shockpc.show.html.landing_data import SurfacesOf, page_data, surfaces_of
-from shockpc.show.html.posture import Posture
+from shockpc.show.html.posture import PostureSliders
 from shockpc.show.html.view import view_html
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet
@@ -219,9 +219,9 @@ def _body_beside_view(report: Report) -> list[Section]:
 
 def _postures(
     report: Report, landings: Mapping[str, ShockProfile], drawn: SurfacesOf
-) -> dict[str, Posture]:
+) -> dict[str, PostureSliders]:
     """The sliders of each landing; none without a wing that has them."""
-    postures: dict[str, Posture] = {}
+    postures: dict[str, PostureSliders] = {}
     if report.live is None:
         return postures
     for posture_of in from_wings("sliders", "posture_of"):
@@ -234,7 +234,7 @@ def _postures(
 def _scripts(
     landings: Mapping[str, ShockProfile],
     drawn: SurfacesOf,
-    postures: Mapping[str, Posture],
+    postures: Mapping[str, PostureSliders],
     library: Path,
 ) -> list[str]:
     """Plotly, the data of the landings, and what draws them."""

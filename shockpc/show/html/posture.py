@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 
-class Posture(NamedTuple):
+class PostureSliders(NamedTuple):
     """The sliders of one landing.
 
     Attributes:

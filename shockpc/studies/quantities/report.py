@@ -4,7 +4,7 @@ These are key, kind of place, unit, title, which change is worse, whether it can
 symbols, and when a value is missing.
 """
 
-from shockpc.quantities.selection import QUANTITIES, has_symbols
+from shockpc.quantities.selection import QUANTITIES, has_symbolic_form
 from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.names import match
@@ -25,7 +25,7 @@ def quantities_report(pattern: str | None = None) -> Report:
     rows = []
     for quantity in QUANTITIES:
         if quantity.key in chosen or quantity.of in chosen:
-            symbols = "yes" if has_symbols(quantity) else "no"
+            symbols = "yes" if has_symbolic_form(quantity) else "no"
             values = [getattr(quantity, name) for name in COLUMNS]
             rows.append((*values, symbols, quantity.note))
     sheet = Sheet("quantities of a landing", (*COLUMNS, "symbols", "note"), rows)

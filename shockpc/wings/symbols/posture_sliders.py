@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.show.html.posture import Posture
+from shockpc.show.html.posture import PostureSliders
 from shockpc.show.html.surfaces import Surface
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import printable
@@ -21,7 +21,9 @@ TILT = np.pi / 3
 """Largest angle by which a slider tilts the base [rad]."""
 
 
-def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence[str]) -> Posture:
+def posture_of(
+    landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence[str]
+) -> PostureSliders:
     """The sliders of a landing.
 
     Args: drawn, surfaces of its bodies; joints, names or globs of those that have sliders besides.
@@ -31,7 +33,8 @@ def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence
     try:
         live = live_landing(landing, joints, boxes)
     except ShockError as refused:
-        return Posture(sensors, "null", f"The posture has no sliders: {printable(str(refused))}.")
+        note = f"The posture has no sliders: {printable(str(refused))}."
+        return PostureSliders(sensors, "null", note)
     tilts = [
         Slider("joint", name, "rad", 0.0, -TILT, TILT)._asdict() | {"kind": "tilt"}
         for name in live.tilts
@@ -40,7 +43,7 @@ def posture_of(landing: PosedLanding, drawn: Sequence[Surface], joints: Sequence
         {**slider._asdict(), "name": printable(slider.name), "limits": _limits(landing, slider)}
         for slider in live.sliders
     ]
-    return Posture([*tilts, *of_landing, *sensors], live.javascript(), _note(landing, live))
+    return PostureSliders([*tilts, *of_landing, *sensors], live.javascript(), _note(landing, live))
 
 
 def _limits(landing: PosedLanding, slider: Slider) -> tuple[float, float] | None:
