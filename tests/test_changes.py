@@ -7,10 +7,11 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Posture, Scene
 from shockpc.profile import shock_profile
-from shockpc.robot.changes import Change, changed, links_with_mass, read_changes
+from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.robot.load import load_robot
 from shockpc.robot.shapes import geometry
 from shockpc.robot.shapes.geometry import outline

@@ -23,10 +23,11 @@ from commands import STICK, STICK_WITH_IMU, good, run, says
 import shockpc
 from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
 from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.landing.scenes.scene_file import plane_of
 from shockpc.quantities.selection import QUANTITIES, select
-from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.changes import changed
 from shockpc.studies.check.command import EPILOG
 from shockpc.studies.check.design_record import design_changes, design_record
 from shockpc.studies.check.outcome import Outcome

@@ -17,12 +17,13 @@ from robot_texts import loaded
 
 from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION
 from shockpc.evaluation.designs import Design
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
-from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.changes import changed
 from shockpc.robot.load import load_robot
 from shockpc.show.report import Picture
 from shockpc.studies.compare.report import compare_report

@@ -27,11 +27,12 @@ from shockpc import (
     resolve,
     shock_profile,
 )
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.impact.springs import spring_time, spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.bodies_and_joints import Drive
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
-from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.changes import changed
 from shockpc.robot.drives import drive_file as drives_module
 from shockpc.robot.drives.drive_file import (
     catalogue_drives,

@@ -32,10 +32,11 @@ from shockpc import (
     shock_profile,
 )
 from shockpc.evaluation.budgets import Budget, Budgets, Case
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
-from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.changes import changed
 from shockpc.robot.shapes.geometry import outline
 from shockpc.studies.check.study import check_budgets
 

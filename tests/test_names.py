@@ -8,11 +8,12 @@ from commands import good, run
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.contact import landing_frames, match_contacts
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_file import points_at
 from shockpc.profile import shock_profile
-from shockpc.robot.changes import changed, links_with_mass, read_changes
+from shockpc.robot.changes import changed, links_with_mass
 from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match, matches

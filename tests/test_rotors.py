@@ -26,7 +26,7 @@ from shockpc import (
     sweep,
 )
 from shockpc.cli.parse import rotor
-from shockpc.evaluation.variations.vary import variation
+from shockpc.evaluation.variations.vary import read_changes, variation
 from shockpc.impact.drive_response import drive_response, with_inertias
 from shockpc.impact.landed import solved
 from shockpc.landing.joint_model import joint_model
@@ -34,7 +34,7 @@ from shockpc.method.dynamics import Inertias, dynamics
 from shockpc.profile import profile_of
 from shockpc.quantities.quantity import quantity_values
 from shockpc.quantities.selection import quantity
-from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.changes import changed
 
 WIDE = '<limit lower="-999" upper="999" effort="1" velocity="1"/>'
 ROTORS = {

@@ -32,9 +32,10 @@ from shockpc.evaluation.column import Column
 from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.places import Place
 from shockpc.quantities.selection import select
-from shockpc.robot.changes import changed, links_with_mass, read_changes
+from shockpc.robot.changes import changed, links_with_mass
 from shockpc.show.wording import proof_lines
 from shockpc.studies.sweep.study import sweep
 from shockpc.studies.sweep.summary import PERCENTILES, Summary, _extent, summarise

@@ -1,13 +1,12 @@
-"""Changes of a robot as typed: inertias of links, reflected inertia and place of joints."""
+"""Changes of a robot: inertias of links, reflected inertia and place of joints."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.number import factor_texts, number_from
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.bodies_and_joints import Drives
 from shockpc.robot.robot import Robot
@@ -16,13 +15,10 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
-Entry = Literal["inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz"]
-Property = Literal[
-    "mass", "point-mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"
-]
-"""The properties that can be changed."""
+ENTRIES = ("inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz")
+"""The entries of an inertia."""
 
-ADDED = ("point-mass", "com-x", "com-y", "com-z", *get_args(Entry))
+ADDED = ("point-mass", "com-x", "com-y", "com-z", *ENTRIES)
 """The properties whose value is added to the present one."""
 
 SMALL = 0.01
@@ -30,15 +26,13 @@ SMALL = 0.01
 that was meant.
 """
 
-EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01; place:*_knee=0,0,-0.3"
-
 
 @dataclass(frozen=True)
 class Change:
     """One change of a robot.
 
     Attributes:
-        what: mass of a link, with its inertia in proportion and its centre of mass where it was
+        what: "mass" of a link, with its inertia in proportion and its centre of mass where it was
             [kg]; a point mass at that centre, which leaves the inertia about it [kg]; inertia of a
             link about its centre of mass, all of it or an entry in axes of the link's frame [kg
             m²]; position of the centre of mass along x, y or z of that frame [m]; armature of a
@@ -50,7 +44,7 @@ class Change:
         factor: whether the present value is multiplied.
     """
 
-    what: Property
+    what: str
     pattern: str
     value: float | tuple[float, ...]
     factor: bool
@@ -108,40 +102,6 @@ class Change:
         return f"{self.what}:{self.pattern}={values}{suffix}"
 
 
-def read_changes(text: str) -> tuple[Change, ...]:
-    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01".
-
-    An x after a number makes it a factor.
-
-    Raises:
-        StudyError: it is not of that form.
-    """
-    changes = tuple(_read_change(part) for part in map(str.strip, text.split(";")) if part)
-    if not changes:
-        raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
-    return changes
-
-
-def _read_change(text: str) -> Change:
-    """One change, PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx."""
-    name, _, pattern_and_value = text.partition(":")
-    pattern, _, number = pattern_and_value.rpartition("=")
-    texts, factor = factor_texts(number.split(","))
-    try:
-        values = tuple(map(number_from, texts))
-    except ValueError:
-        values = ()
-    known = [kind for kind in get_args(Property) if kind == name.strip()]
-    if not (known and pattern.strip() and values):
-        kinds = ", ".join(get_args(Property))
-        raise StudyError(
-            f'"{text}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
-            f"{EXAMPLE}; properties are {kinds}"
-        )
-    value = values if len(values) > 1 else values[0]
-    return Change(known[0], pattern.strip(), value, factor)
-
-
 def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
     """The robot with changes applied one after the other.
 
@@ -184,7 +144,7 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
 
 
 def varied_bodies(
-    robot: Robot, changes: Iterable[tuple[Property, str, Array, bool]]
+    robot: Robot, changes: Iterable[tuple[str, str, Array, bool]]
 ) -> tuple[Array, Array, Array]:
     """The bodies of N robots that `changed` makes of one, each with another value.
 
@@ -290,7 +250,7 @@ def _change_armature(
     return None if drives is None else drives._replace(by_joint=by_joint)
 
 
-def _changed_inertia(what: Property, x: Array, factor: bool, before: _Inertias) -> _Inertias:
+def _changed_inertia(what: str, x: Array, factor: bool, before: _Inertias) -> _Inertias:
     """The inertias of a link after a change by values x (N,), as in `varied_bodies`."""
     mass, com, inertia = before
     if what in ADDED:

@@ -13,7 +13,7 @@ from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.dynamics import Inertias
 from shockpc.robot.bodies_and_joints import Joint
-from shockpc.robot.changes import Property, varied_bodies
+from shockpc.robot.changes import varied_bodies
 
 LIGHTEST, HEAVIEST = 1e-14, 1e23
 """Masses [kg] and moments of inertia [kg m²] that double precision can compute with."""
@@ -79,9 +79,9 @@ class RowInertias:
         self.landing = landing
         self.armature = np.repeat(landing.joint_model.armature[None], n, axis=0)
         self.per_turn = np.repeat(landing.joint_model.per_turn[None], n, axis=0)
-        self._changes: list[tuple[Property, str, Array, bool]] = []
+        self._changes: list[tuple[str, str, Array, bool]] = []
 
-    def change_links(self, what: Property, pattern: str, x: Array, factor: bool) -> None:
+    def change_links(self, what: str, pattern: str, x: Array, factor: bool) -> None:
         """Change a property of links. Args: x (n,), values as in `varied_bodies`."""
         self._changes.append((what, pattern, x, factor))
 

@@ -70,6 +70,7 @@ class Kind:
         of_rotors: whether it is the inertia of rotors, before or after the gear.
         of_ground: whether it is of the ground.
         names_contacts: whether its values are names of contacts, and no numbers.
+        changes_designs: whether a design of a comparison can differ in it, as in `Change`.
         option: the option of commands that gives the value; of `of` "JOINT" by joint. Empty where
             none does, or where it gives more than that.
         axis: which of the three numbers of the option it is; -1 if the option is one number.
@@ -93,6 +94,7 @@ class Kind:
     of_rotors: bool = False
     of_ground: bool = False
     names_contacts: bool = False
+    changes_designs: bool = False
     option: str = ""
     axis: int = -1
 
@@ -234,6 +236,10 @@ class Kind:
     def robot_changes(self, varied: "Variation", robot: Robot, value: Any) -> list[Change]:
         """The changes of the robot itself; none if the value is one of the scene."""
         return []
+
+    def overridden(self, robot: Robot, target: str, scene: Scene) -> str:
+        """Words for how a scene sets what a change of the robot would; empty if it does not."""
+        return ""
 
     def present(self, varied: "Variation", landing: PosedLanding) -> Iterable[float | None]:
         """The values that a landing has [its unit]; None and NaN where it has none."""

@@ -1,16 +1,21 @@
-"""The quantities that a study varies, read from subjects with values: SUBJECT=VALUES."""
+"""What varies, and changes of a design, read from subjects with values: SUBJECT=VALUES."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
-from shockpc.evaluation.variations.kinds.registry import WORDS, kind_and_target
+from shockpc.core.number import factor_texts, number_from
+from shockpc.evaluation.variations.kinds.registry import KINDS, WORDS, kind_and_target
 from shockpc.evaluation.variations.variation import Kind, Variation
 from shockpc.landing.scenes.scene import Scene
+from shockpc.robot.changes import Change
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
 Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
 """Values that vary, by subject as `variation` takes them, or pairs of both."""
+
+EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01; place:*_knee=0,0,-0.3"
+"""Changes of a design, for messages."""
 
 
 def pairs(vary: Vary) -> list[tuple[str, Any]]:
@@ -89,3 +94,35 @@ def prepared(scene: Scene, variations: Iterable[Variation]) -> Scene:
     for varied in variations:
         scene = varied.kind.prepared(scene)
     return scene
+
+
+def read_changes(text: str) -> tuple[Change, ...]:
+    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01".
+
+    An x after a number makes it a factor.
+
+    Raises:
+        StudyError: it is not of that form.
+    """
+    changes = tuple(_read_change(part) for part in map(str.strip, text.split(";")) if part)
+    if not changes:
+        raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
+    return changes
+
+
+def _read_change(text: str) -> Change:
+    """One change, PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx."""
+    subject, _, number = text.rpartition("=")
+    kind, target = kind_and_target(subject)
+    texts, factor = factor_texts(number.split(","))
+    try:
+        values = tuple(map(number_from, texts))
+    except ValueError:
+        values = ()
+    if not (kind.changes_designs and target and values):
+        properties = ", ".join(kind.word for kind in KINDS.values() if kind.changes_designs)
+        raise StudyError(
+            f'"{text}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as '
+            f"{EXAMPLE}; properties are {properties}"
+        )
+    return Change(kind.word, target, values if len(values) > 1 else values[0], factor)

@@ -7,9 +7,11 @@ from typing import Annotated
 from shockpc.evaluation.comparison import Comparison, compared
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.designs import Design
+from shockpc.evaluation.variations.kinds.registry import KINDS
+from shockpc.evaluation.variations.vary import read_changes
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_fields import Option
-from shockpc.robot.changes import Change, changed, read_changes
+from shockpc.robot.changes import Change, changed
 from shockpc.text.errors import StudyError
 
 
@@ -21,40 +23,17 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
         StudyError: a changed armature has no effect, because the scene sets that of the same joint.
     """
     for change in changes:
-        if change.what == "armature":
-            _refuse_armature(design, change)
+        kind = KINDS[change.what]
+        why = kind.overridden(design.robot, change.pattern, design.scene)
+        if why:
+            raise StudyError(
+                f"change {change} has no effect, because the scene {why}; leave one of the two out"
+            )
     robot = design.robot
     if design.scene.joints.drives == "none":
         robot = replace(robot, default_drives=None)
     label = "; ".join([design.label, *map(str, changes)])
     return Design(label, design.scene, changed(robot, changes), (*design.changes, *changes))
-
-
-def _refuse_armature(design: Design, change: Change) -> None:
-    """Refuse a change of armatures that the scene sets.
-
-    Raises:
-        StudyError: the text says what sets them.
-    """
-    why = _armature_source(design, change)
-    if why:
-        raise StudyError(
-            f"change {change} has no effect, because the scene {why}; leave one of the two out"
-        )
-
-
-def _armature_source(design: Design, change: Change) -> str:
-    """Words for how a scene sets the armatures that a change names; empty if it does not."""
-    joints = design.scene.joints
-    set_here: set[str] = set()
-    for pattern in (*joints.armature, *joints.rotor):
-        set_here.update(design.robot.match_joints(pattern))
-    for name in design.robot.match_joints(change.pattern):
-        if name in set_here:
-            return f'sets that of joint "{name}"'
-    if joints.drives and joints.drives != "none":
-        return f"takes the drives from {joints.drives}"
-    return "makes all joints free" if joints.model == "free" else ""
 
 
 @study(

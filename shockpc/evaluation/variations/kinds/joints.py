@@ -95,6 +95,7 @@ class Armature(OfDrive):
     inertial: bool = True
     of_rotors: bool = True
     option: str = "armature"
+    changes_designs: bool = True
 
     zero: ClassVar[bool] = True
     example: ClassVar[str] = "0.01:0.1"
@@ -156,6 +157,16 @@ class Armature(OfDrive):
         if varied.factor or not value > 0.0:
             return None
         return [(f"--{self.option}", f"{varied.target}={float(value)!r}")]
+
+    def overridden(self, robot: Robot, target: str, scene: Scene) -> str:
+        joints = scene.joints
+        set_here = _matching(robot, (*joints.armature, *joints.rotor))
+        for name in robot.match_joints(target):
+            if name in set_here:
+                return f'sets that of joint "{name}"'
+        if joints.drives and joints.drives != "none":
+            return f"takes the drives from {joints.drives}"
+        return "makes all joints free" if joints.model == "free" else ""
 
     def set_inertia(self, varied: Variation, rows: RowInertias, x: Array) -> None:
         velocities = self.velocities(varied, rows.landing.scene, rows.landing.robot)
@@ -301,6 +312,7 @@ class JointPlace(Kind):
     uncertain: bool = True
     of_robot: bool = True
     changes_lengths: bool = True
+    changes_designs: bool = True
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         robot.match_joints(varied.target)
@@ -316,7 +328,7 @@ class JointPlace(Kind):
     def robot_changes(self, varied: Variation, robot: Robot, value: Any) -> list[Change]:
         """Joints that do not move keep their place, and the points on what they carry."""
         names = robot.match_joints(varied.target)
-        return [Change("place", name, float(value), varied.factor) for name in names]
+        return [Change(self.word, name, float(value), varied.factor) for name in names]
 
 
 def reflected_rotor(inertia: float, k: float, per_turn: float) -> Rotor:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, cast, get_args
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.row_arrays import RowInertias
 from shockpc.evaluation.variations.variation import Factors, Kind, Scale, Target, Variation
 from shockpc.landing.landing import PosedLanding
-from shockpc.robot.changes import Change, Entry, Property, link_inertia, links_with_mass
+from shockpc.robot.changes import ENTRIES, Change, link_inertia, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -23,6 +23,7 @@ class LinkProperty(Kind):
     uncertain: bool = True
     inertial: bool = True
     of_robot: bool = True
+    changes_designs: bool = True
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         """Refuse a link without mass, and a mass or an inertia that is not above zero."""
@@ -37,10 +38,10 @@ class LinkProperty(Kind):
         return links_with_mass(robot, varied.target)
 
     def robot_changes(self, varied: Variation, robot: Robot, value: Any) -> list[Change]:
-        return [Change(cast(Property, self.word), varied.target, float(value), varied.factor)]
+        return [Change(self.word, varied.target, float(value), varied.factor)]
 
     def set_inertia(self, varied: Variation, rows: RowInertias, x: Array) -> None:
-        rows.change_links(cast(Property, self.word), varied.target, x, varied.factor)
+        rows.change_links(self.word, varied.target, x, varied.factor)
 
     def usual(self, landing: PosedLanding) -> Iterable[Variation]:
         names = links_with_mass(landing.robot, "*")
@@ -134,5 +135,5 @@ LINK_PROPERTIES = (
     PointMass("point-mass", "kg"),
     *(CentreOfMass(f"com-{axis}", "m", title=f"CoM {axis}") for axis in "xyz"),
     InertiaFactor("inertia", "-"),
-    *(InertiaEntry(entry, "kg m²") for entry in get_args(Entry)),
+    *(InertiaEntry(entry, "kg m²") for entry in ENTRIES),
 )
