@@ -105,7 +105,7 @@ def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
             ),
             robot,
         )
-    assert (refusal.value.blocks, refusal.value.bodies) == (("b",), ())
+    assert (refusal.value.constraints, refusal.value.bodies) == (("b",), ())
 
 
 def test_a_robot_fixed_by_its_file_stays_where_it_is():

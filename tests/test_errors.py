@@ -67,7 +67,7 @@ def test_tree_in_the_docstring_is_the_tree():
         ShockError("root"),
         RobotError("dog.urdf: no mass"),
         SceneError("no contact"),
-        SolveError("no mass", bodies=["shank"], blocks=["foot"], joints=["knee"]),
+        SolveError("no mass", bodies=["shank"], constraints=["foot"], joints=["knee"]),
         StudyError("no landing"),
         OutputError("disk full"),
         UnknownName("frame", "lf_fot", ("lf_foot", "rf_foot"), 'robot "hyq"', "shockpc robots hyq"),
@@ -91,10 +91,10 @@ APART = Closure(a=LoopEnd(frame="hind_foot"), b=LoopEnd(frame="torso", offset=(0
 @pytest.mark.parametrize(
     ("scene", "data"),
     [
-        ({"contact": replace(FOOT, normal=(0.0, 0.0, 0.0))}, {"blocks": ("hind_foot",)}),
-        ({"contact": replace(FOOT, directions=("x",))}, {"blocks": ("hind_foot",)}),
-        ({"contact": (FOOT, FOOT)}, {"blocks": ("hind_foot", "hind_foot")}),
-        ({"strike": Strike(strike_angle_deg=120.0)}, {"blocks": ("hind_foot",)}),
+        ({"contact": replace(FOOT, normal=(0.0, 0.0, 0.0))}, {"constraints": ("hind_foot",)}),
+        ({"contact": replace(FOOT, directions=("x",))}, {"constraints": ("hind_foot",)}),
+        ({"contact": (FOOT, FOOT)}, {"constraints": ("hind_foot", "hind_foot")}),
+        ({"strike": Strike(strike_angle_deg=120.0)}, {"constraints": ("hind_foot",)}),
         ({"joints": Joints(armature={"hind_knee": -1.0})}, {"joints": ("hind_knee",)}),
         ({"joints": Joints(rotor={"hind_knee": Rotor(inertia=1e-4)})}, {"joints": ("hind_knee",)}),
         (
@@ -103,18 +103,18 @@ APART = Closure(a=LoopEnd(frame="hind_foot"), b=LoopEnd(frame="torso", offset=(0
         ),
         (
             {"closure": (Closure(a=LoopEnd(frame="torso"), b=LoopEnd(frame="torso")),)},
-            {"blocks": ("torso–torso",)},
+            {"constraints": ("torso–torso",)},
         ),
         (
             {"closure": (APART,)},
             {
-                "blocks": ("hind_foot–torso",),
+                "constraints": ("hind_foot–torso",),
                 "joints": ("front_hip", "front_knee", "hind_hip", "hind_knee"),
             },
         ),
         (
             {"base": "fixed", "posture": Posture(reference="neutral")},
-            {"blocks": ("hind_foot",), "rows": (2,)},
+            {"constraints": ("hind_foot",), "rows": (2,)},
         ),
     ],
     ids=lambda value: "+".join(value),
@@ -126,7 +126,7 @@ def test_refusals_carry_what_they_name(scene, data):
     with pytest.raises(ShockError) as refused:
         shock_profile(Scene(**{"robot": "quadruped", "contact": FOOT, **scene}))
     assert {key: values for key, values in refused.value.data.items() if values} == data
-    assert set(refused.value.names) >= {*data.get("joints", ()), *data.get("blocks", ())}
+    assert set(refused.value.names) >= {*data.get("joints", ()), *data.get("constraints", ())}
 
 
 @pytest.mark.parametrize(

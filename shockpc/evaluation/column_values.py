@@ -364,4 +364,4 @@ def not_approaching(
             f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no '
             f"impact"
         )
-        yield i, s, SolveError(text, blocks=[landing.contacts[c].frame])
+        yield i, s, SolveError(text, constraints=[landing.contacts[c].frame])

@@ -170,7 +170,7 @@ def proven(landing: PosedLanding) -> LandingProof:
         "that rounding can change how many of them are independent. Leave one out (a contact, a "
         "direction, the rotation of a flat one), put points that nearly meet exactly together or a "
         "billionth of the robot apart, or set another posture with --set",
-        blocks=[constraint.frame for constraint in landing.constraints],
+        constraints=[constraint.frame for constraint in landing.constraints],
     )
 
 
@@ -348,7 +348,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Land
         f"{abs(left):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
         "here, or another contact asks for the opposite; leave that direction out of the contact "
         f"or of the contact velocity, take another contact point or posture{free}",
-        blocks=[constraint.frame],
+        constraints=[constraint.frame],
         rows=[worst],
     )
 
@@ -431,7 +431,7 @@ def _refuse_singular(
         f"motion along ({axis}) there{digits}), or almost no inertia resists that motion. Set "
         f"another posture, such as with --set {first}=ANGLE, leave that direction out of the "
         "contact or of the contact velocity, or lock joints without inertia with --lock",
-        blocks=[constraint.frame],
+        constraints=[constraint.frame],
         bodies=[robot.bodies[body].name],
         joints=[joint.name for joint in fast],
     )

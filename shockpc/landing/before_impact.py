@@ -184,7 +184,7 @@ def with_loops(
         raise SceneError(
             f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that "
             f"the loop allows, or fewer of them",
-            blocks=[worst.frame],
+            constraints=[worst.frame],
         )
     return rates
 

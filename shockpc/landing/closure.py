@@ -64,7 +64,7 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
                 f'closures "{earlier.name}" and "{later.name}" tie the same points of the same '
                 "bodies, so they are one closure; keep one, which holds everything that both "
                 "should hold",
-                blocks=[earlier.name, later.name],
+                constraints=[earlier.name, later.name],
             )
     return loops
 
@@ -93,7 +93,7 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
         raise SceneError(
             f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two '
             f"bodies",
-            blocks=[name],
+            constraints=[name],
         )
     return Loop(
         name=name,
@@ -337,7 +337,7 @@ class _Linkage(NamedTuple):
             f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm '
             f"apart{angle} (joints that may move: {listed(movable) or 'none'}); let other joints "
             "move with --assemble, or start from joint values nearer to the closed loop",
-            blocks=[worst.name],
+            constraints=[worst.name],
             joints=movable,
         )
 

@@ -55,7 +55,7 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     twice = [name for k, name in enumerate(names) if name in names[:k]]
     if twice:
         raise SceneError(
-            f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1]
+            f'contact "{text}" names "{twice[0]}" twice; remove one of them', constraints=twice[:1]
         )
     parts = [match_contacts(robot, name) for name in names]
     if len(parts) == 1:
@@ -104,7 +104,7 @@ def contact_constraint(
     if frame.body < 0:
         raise SceneError(
             f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link",
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )
     up = _normal(contact, up, name)
     directions = _directions(contact, up, name)
@@ -140,7 +140,7 @@ def _normal(contact: Contact, up: Array, name: str) -> Array:
         raise SceneError(
             f"the normal of {name} has no length; give the direction away from the ground, "
             f"such as 0,0,1",
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )
     return np.asarray(unit_directions(f"the normal of {name}", (contact.normal,))[0])
 
@@ -156,7 +156,7 @@ def _directions(contact: Contact, up: Array, name: str) -> Array:
         raise SceneError(
             f"{name} keeps only directions along the ground, so nothing stops its fall; "
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions",
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )
     return directions
 
@@ -192,7 +192,7 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
             f'{name} is given the direction of an edge, which a contact of kind "{contact.kind}" '
             f"has not; leave it out, or give "
             'kind = "edge"',
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )
     if contact.kind in ("auto", "point"):
         return NO_AXES
@@ -209,7 +209,7 @@ def _moments(contact: Contact, up: Array, name: str) -> Array:
                 f"{name} is an edge without a direction along the ground; give that in a scene "
                 f"file (edge = [x, y, z]), or another "
                 "kind of contact",
-                blocks=[contact.frame],
+                constraints=[contact.frame],
             )
         return np.concatenate([across_edge[None] / length, twist])
     return twist
@@ -247,7 +247,7 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
             f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no '
             f"lowest point{remedy}; "
             "give the contact point by its offset, or name a link that has collision geometry",
-            blocks=[name],
+            constraints=[name],
         )
     return shapes
 
@@ -309,5 +309,5 @@ def check_holds_normal(contact: Contact, constraint: Constraint, option: str) ->
             f'contact "{contact.frame}" has {option}, so the directions in which it is held have '
             "to span the ground's normal; give directions along the normal and along the ground, "
             "such as x and z",
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )

@@ -88,7 +88,7 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
     if name not in robot.joint_names:
         raise robot.unknown("joint", name, robot.joint_names)
     joint = robot.joint(name)
-    refused = partial(SceneError, blocks=[frame], joints=[name])
+    refused = partial(SceneError, constraints=[frame], joints=[name])
     bare = replace(contact, restitution=0.0, restitution_along="normal")
     if bare not in (Contact(frame=frame), Contact(frame=frame, at="frame", kind="point")):
         raise refused(

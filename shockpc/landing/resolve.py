@@ -169,7 +169,7 @@ def _check_friction_at(contact: Contact, constraint: Constraint) -> None:
             f'contact "{contact.frame}" slides without friction, and a friction is given; leave '
             "out --slide (give it the directions x, y and z, or those along which it does not "
             "slide freely), or the friction",
-            blocks=[contact.frame],
+            constraints=[contact.frame],
         )
     check_holds_normal(contact, constraint, "friction")
 
@@ -399,7 +399,7 @@ def _refuse_twice(constraints: tuple[Constraint, ...]) -> None:
         raise SceneError(
             f"{first.name} and {second.name} coincide: they are the same point of the same body; "
             f"{remedy}",
-            blocks=[first.frame, second.frame],
+            constraints=[first.frame, second.frame],
         )
 
 
@@ -422,7 +422,7 @@ def _refuse_separation(landing: PosedLanding) -> None:
                 f'the centre of mass of body "{landing.robot.bodies[constraint.body].name}" lies '
                 f'on the axis of "{constraint.frame}", so its speed there is zero and cannot '
                 "be v_in; use another end stop",
-                blocks=[constraint.frame],
+                constraints=[constraint.frame],
             )
         if parts:
             leaving = float(velocity @ constraint.normal)
@@ -436,5 +436,5 @@ def _refuse_separation(landing: PosedLanding) -> None:
                 f"turn its velocity towards the "
                 "ground (a strike angle between -90 and 90 deg), or list it under stance if it "
                 "stands there already",
-                blocks=[contact.frame],
+                constraints=[contact.frame],
             )

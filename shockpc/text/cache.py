@@ -63,7 +63,7 @@ def cached(name: str, make: Callable[[], bytes]) -> bytes:
             part.replace(file)
         finally:
             part.unlink(missing_ok=True)
-        files = sorted(file.parent.glob(f"*{file.suffix}"), key=lambda one: one.stat().st_mtime)
+        files = sorted(file.parent.glob(f"*{file.suffix}"), key=lambda path: path.stat().st_mtime)
         for old in files[:-MOST_FILES]:
             old.unlink(missing_ok=True)
     return content

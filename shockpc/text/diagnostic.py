@@ -99,8 +99,8 @@ def alike(warnings: Iterable[tuple[Diagnostic, T]]) -> list[list[tuple[Diagnosti
     for pair in warnings:
         groups.setdefault(pair[0].cause, []).append(pair)
     return sorted(
-        (sorted(every, key=lambda pair: -pair[0].size) for every in groups.values()),
-        key=lambda every: every[0][0].rank,
+        (sorted(group, key=lambda pair: -pair[0].size) for group in groups.values()),
+        key=lambda group: group[0][0].rank,
     )
 
 
@@ -109,19 +109,16 @@ def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
     They are in the order of `KINDS`.
     """
-    found: list[Diagnostic] = []
-    for every in alike((one, one.subject) for one in warnings):
-        worst, names = every[0][0], [name for _, name in every]
-        # one alone, or of one place, which differ in something else
+    by_rank: list[Diagnostic] = []
+    for group in alike((warning, warning.subject) for warning in warnings):
+        worst, names = group[0][0], [name for _, name in group]
+        # a single one, or of one subject, which differ in something else
         if len(set(names)) < max(len(names), 2):
-            found += [one for one, _ in every]
+            by_rank += [warning for warning, _ in group]
         else:
-            found.append(
-                worst._replace(
-                    subject="+".join(names), text=f"{worst} ({len(names)} alike: {few(names, 4)})"
-                )
-            )
-    return tuple(found)
+            text = f"{worst} ({len(names)} alike: {few(names, 4)})"
+            by_rank.append(worst._replace(subject="+".join(names), text=text))
+    return tuple(by_rank)
 
 
 class ShockWarning(UserWarning):
@@ -136,13 +133,13 @@ class ShockWarning(UserWarning):
         super().__init__(diagnostic)
 
 
-def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
+def warn(find: Callable[[], Iterable[Diagnostic]]) -> None:
     """Give diagnostics as Python warnings, once for each cause, whatever its numbers.
 
     They are given at the line outside the package that asked.
 
     Args:
-        found: gives them; it is not called where a filter ignores `ShockWarning`, as some take time
+        find: gives them; it is not called where a filter ignores `ShockWarning`, as some take time
             to find.
     """
     plain = (
@@ -159,5 +156,6 @@ def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
         and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]
     ):
         level, frame = level + 1, frame.f_back
-    for one in by_cause({(one.cause, one.subject): one for one in found()}.values()):
-        warnings.warn(ShockWarning(one), stacklevel=level)
+    once = {(diagnostic.cause, diagnostic.subject): diagnostic for diagnostic in find()}
+    for diagnostic in by_cause(once.values()):
+        warnings.warn(ShockWarning(diagnostic), stacklevel=level)

@@ -28,7 +28,7 @@ class ShockError(Exception):
 
     Args:
         text: the message.
-        blocks: names of the contacts, standing feet and loops concerned.
+        constraints: names of the contacts, standing feet and loops concerned.
         bodies: names of the bodies concerned.
         joints: names or globs of the joints concerned.
         rows: numbers of the rows concerned: of a table, or of the equation.
@@ -42,17 +42,15 @@ class ShockError(Exception):
         self,
         text: str = "",
         *,
-        blocks: Iterable[str] = (),
+        constraints: Iterable[str] = (),
         bodies: Iterable[str] = (),
         joints: Iterable[str] = (),
         rows: Iterable[int] = (),
     ) -> None:
-        self.blocks, self.bodies, self.joints, self.rows = (
-            tuple(blocks),
-            tuple(bodies),
-            tuple(joints),
-            tuple(rows),
-        )
+        self.constraints = tuple(constraints)
+        self.bodies = tuple(bodies)
+        self.joints = tuple(joints)
+        self.rows = tuple(rows)
         super().__init__(text)
 
     @property
@@ -63,7 +61,7 @@ class ShockError(Exception):
     @property
     def data(self) -> dict[str, tuple[Any, ...]]:
         """The arguments beside the text, for an error that reports this one."""
-        return {key: getattr(self, key) for key in ("blocks", "bodies", "joints", "rows")}
+        return {key: getattr(self, key) for key in ("constraints", "bodies", "joints", "rows")}
 
 
 class UnknownName(ShockError):
@@ -83,27 +81,29 @@ class UnknownName(ShockError):
     ):
         import difflib
 
-        self.kind, self.name, self.known, self.where, self.listing, self.hint = (
-            kind,
-            name,
-            tuple(known),
-            where,
-            listing,
-            hint,
-        )
+        self.kind = kind
+        self.name = name
+        self.known = tuple(known)
+        self.where = where
+        self.listing = listing
+        self.hint = hint
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
         nearest = ", ".join(_quoted(folded[k]) for k in close)
-        place = f" in {where}" if where else ""
+        text = f"no {kind} {_quoted(name)}"
+        if where:
+            text += f" in {printable(where)}"
         if nearest:
-            near = f"; nearest: {nearest}"
+            text += f"; nearest: {nearest}"
         elif self.known and len(self.known) <= 12:
-            near = "; there are: " + ", ".join(map(_quoted, self.known))
-        else:
-            near = "" if hint else "; no name is similar" if self.known else "; there are none"
-        more = f"; {printable(hint)}" if hint else ""
-        full = f". To list them: {printable(listing)}" if listing else ""
-        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{near}{more}{full}")
+            text += "; there are: " + ", ".join(map(_quoted, self.known))
+        elif not hint:
+            text += "; no name is similar" if self.known else "; there are none"
+        if hint:
+            text += f"; {printable(hint)}"
+        if listing:
+            text += f". To list them: {printable(listing)}"
+        super().__init__(text)
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing, self.hint)
@@ -158,18 +158,18 @@ def refusal(error: Exception) -> ShockError:
         return error
     import traceback
 
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
+    origin = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{origin.filename.rpartition('/')[2]}, line {origin.lineno}"
     text = (
         f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}"
     )
     return DefectError(text, "".join(traceback.format_exception(error)))
 
 
-def attempt(compute: Callable[..., T], *given: Any) -> T | ShockError:
+def attempt(compute: Callable[..., T], *arguments: Any) -> T | ShockError:
     """The value of a function, or the error of one landing of many that it raises, as `refusal`."""
     try:
-        return compute(*given)
+        return compute(*arguments)
     except Exception as error:
         return refusal(error)
 

@@ -30,17 +30,15 @@ class Trace:
             self.seconds[name] = self.seconds.get(name, 0.0) + taken - self._inside
             self._inside = before + taken
 
-    def skip(self, what: str, why: str) -> None:
+    def skip(self, part: str, why: str) -> None:
         """Note a part that was not computed."""
-        self.left_out[what] = why
+        self.left_out[part] = why
 
     def text(self) -> str:
         """Each stage with its time, their sum, then what did not run and why; a line each."""
         times = [*self.seconds.items(), ("in all", sum(self.seconds.values()))]
         lines = ["what ran", *(f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in times)]
         if self.left_out:
-            lines += [
-                "what did not run",
-                *(f"  {what}: {why}" for what, why in self.left_out.items()),
-            ]
+            lines.append("what did not run")
+            lines += [f"  {part}: {why}" for part, why in self.left_out.items()]
         return "\n".join(lines) + "\n"

@@ -209,7 +209,7 @@ def refuse(landing: PosedLanding) -> None:
         if block.kind == "stop":
             raise SceneError(
                 f"{block.name} cannot be written in symbols; name a frame as the contact",
-                blocks=[block.frame],
+                constraints=[block.frame],
             )
         # The text gives the point of this posture as an offset, which leaves the landing as it is
         # here.
@@ -223,7 +223,7 @@ def refuse(landing: PosedLanding) -> None:
                 "it has no symbols; take the frame's origin (--contact-point frame), or the point "
                 f"of this posture: --offset {offset}"
                 + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
-                blocks=[block.frame],
+                constraints=[block.frame],
             )
     # Rows that depend on one another in three random postures do so in all.
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
@@ -242,7 +242,7 @@ def _dependent(landing: PosedLanding) -> SceneError:
     return SceneError(
         f"the rows of {', '.join(names)} are dependent in every posture, so they cannot be "
         "written in symbols; leave a direction or a contact out",
-        blocks=[block.frame for block in landing.constraints],
+        constraints=[block.frame for block in landing.constraints],
     )
 
 
