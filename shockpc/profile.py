@@ -210,8 +210,7 @@ def _room_for_derivatives(landing: Landing, postures: int) -> Array:
     except MemoryError:
         raise StudyError(
             f"the derivatives of all maps in {postures} postures take "
-            f"{math.prod(shape) / 2**27:.3g} GiB; give fewer postures at a time, or take the "
-            "gradient of single numbers by shockpc.symbolic"
+            f"{math.prod(shape) / 2**27:.3g} GiB; give fewer postures at a time"
         ) from None
 
 

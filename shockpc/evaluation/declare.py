@@ -13,7 +13,7 @@ parameter, or beyond the bounds of its option, is a StudyError.
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, TypeVar, cast, get_args
 
 from shockpc.landing.scenes.scene_fields import Option, describe
@@ -48,18 +48,6 @@ QuantityOption: TypeAlias = Annotated[
     ),
 ]
 """Further columns of a table, as `shockpc.evaluation.column.selected` takes them."""
-
-RenameOption: TypeAlias = Annotated[
-    Mapping[str, str] | None,
-    Option(
-        "Another name for a column, or for a joint in all of its columns. A * stands for the same "
-        "text in both; an empty new name leaves a column out.",
-        "Table",
-        "NAME=[NAME]",
-        "map",
-    ),
-]
-"""New names of the columns of a table or a log, by their old ones."""
 
 
 class StudyParameter(NamedTuple):

@@ -42,15 +42,6 @@ def hull(points: Array) -> Any | None:
         return None
 
 
-def hull_corners(vertices: Array) -> Array:
-    """Return those of the vertices (n, 3) that are corners of their hull.
-
-    All are if they lie in a plane, for then the hull has no volume.
-    """
-    convex = hull(vertices) if len(vertices) > 4 else None
-    return vertices if convex is None else np.asarray(vertices[convex.vertices])
-
-
 def outer_vertices(vertices: Array) -> Array:
     """The vertices (n, 3) without those that are clearly inside their hull, in their order.
 

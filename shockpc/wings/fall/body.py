@@ -19,7 +19,7 @@ from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes.convex import Shape
 from shockpc.robot.shapes.geometry import Outline, drawn_outline, outline
-from shockpc.robot.shapes.mesh import hull_corners
+from shockpc.robot.shapes.mesh import hull
 from shockpc.robot.usual_base import usual_base
 from shockpc.text.errors import StudyError
 from shockpc.wings.fall.cross_section import CrossSection
@@ -340,13 +340,14 @@ def _without_flat_corners(corners: Array, least: float) -> Array:
 
 
 def _corners_only(shape: Shape) -> Shape:
-    """A mesh as the corners of its hull.
+    """A mesh as the corners of its hull; as it is if all lie in a plane.
 
     A body would pivot about vertices that rounding puts above a side of its hull, too.
     """
-    if shape.mesh is None:
+    if shape.mesh is None or len(shape.points) <= 4:
         return shape
-    return shape._replace(points=hull_corners(shape.points))
+    convex = hull(shape.points)
+    return shape if convex is None else shape._replace(points=shape.points[convex.vertices])
 
 
 def _inertia(robot: Robot, rotation: Array, arms: Array) -> Array:

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.declare import RenameOption, study
+from shockpc.evaluation.declare import study
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variations.variation import Kind, Variation
 from shockpc.evaluation.variations.vary import Vary, pairs, variation
@@ -42,6 +42,7 @@ from shockpc.wings.recordings.identify.uncertainty import (
     uncertainty,
     unidentified,
 )
+from shockpc.wings.recordings.logs.column_meaning import RenameOption
 from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.logs.prediction import coordinate
 from shockpc.wings.recordings.logs.table_files import columns_of

@@ -10,13 +10,26 @@ those of ROS's JointState.
 
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from shockpc.landing.scenes.scene_fields import Option
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
+
+RenameOption: TypeAlias = Annotated[
+    Mapping[str, str] | None,
+    Option(
+        "Another name for a column, or for a joint in all of its columns. A * stands for the same "
+        "text in both; an empty new name leaves a column out.",
+        "Table",
+        "NAME=[NAME]",
+        "map",
+    ),
+]
+"""New names of the columns of a table or a log, by their old ones."""
 
 LABELS = {
     "row": ("name", "landing", "event", "id"),

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.declare import QuantityOption, RenameOption, study
+from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.unused_ground import refuse_unused_ground
@@ -17,6 +17,7 @@ from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+from shockpc.wings.recordings.logs.column_meaning import RenameOption
 from shockpc.wings.recordings.logs.evaluation import recorded_landings
 from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.logs.prediction import (

@@ -11,12 +11,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from shockpc.evaluation.declare import RenameOption, study
+from shockpc.evaluation.declare import study
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_fields import JOINT_MODEL, RESULTS, STRIKE, Option
 from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+from shockpc.wings.recordings.logs.column_meaning import RenameOption
 from shockpc.wings.recordings.logs.logged_motion import (
     watched_motion,
 )
