@@ -66,29 +66,30 @@ class Table:
     def of_rows(
         cls,
         header: Sequence[str],
-        rows: Iterable[Sequence[str | float | None]],
+        rows: Iterable[Sequence[str | float | bool | None]],
         messages: Mapping[int, str] = {},
     ) -> "Table":
-        """A table of rows of texts or numbers, with None where there is nothing.
+        """A table of rows of texts, numbers, True or False, with None where there is nothing.
 
         Args: header, names with units in brackets.
         """
         columns: dict[str, np.ndarray] = {}
         by_column = list(zip(*rows, strict=True)) or [()] * len(header)
         for name, cells in zip(header, by_column, strict=True):
-            has_texts = any(isinstance(cell, str) for cell in cells)
-            columns[name] = np.array(cells, dtype=object if has_texts else float)
+            is_number = not any(isinstance(cell, str | bool) for cell in cells)
+            columns[name] = np.array(cells, dtype=float if is_number else object)
         return cls((), columns, messages)
 
     @property
     def units(self) -> dict[str, str]:
         """The unit of every column by its heading, "-" for 1.
 
-        It is empty for texts, for counts, and for numbers whose rows name theirs.
+        It is empty for texts, True and False, for counts, and for numbers whose rows name theirs.
         """
         known = dict(self.label_units)
         known |= {column.name: column.unit for column in self.computed}
-        return {name: known.get(name, _unit(name)) for name in self.columns}
+        columns = self.columns.items()
+        return {name: known.get(name, _unit(name, values)) for name, values in columns}
 
     @classmethod
     def joined(cls, tables: Iterable["Table"]) -> "Table":
@@ -304,7 +305,11 @@ class Table:
         return polars.DataFrame(self._with_messages(), schema_overrides={"message": polars.String})
 
     def _with_messages(self) -> dict[str, Any]:
-        return {**self.columns, "message": [self.messages.get(i) for i in range(len(self))]}
+        """The columns, objects of NumPy as lists, whose types other libraries find out."""
+        columns: dict[str, Any] = {}
+        for name, values in self.columns.items():
+            columns[name] = values.tolist() if values.dtype == object else values
+        return {**columns, "message": [self.messages.get(i) for i in range(len(self))]}
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         """The table for libraries that read Arrow's PyCapsule interface; it needs pyarrow.
@@ -347,12 +352,14 @@ def _to_arrow(values: np.ndarray) -> Any:
     return pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(values.dtype), len(values), buffers)
 
 
-def _unit(heading: str) -> str:
-    """The unit that a heading has in brackets, or that of the quantity that it names."""
+def _unit(heading: str, values: np.ndarray) -> str:
+    """The unit that a heading of numbers has in brackets, or that of the quantity that it names."""
+    if values.dtype.kind not in "fi":
+        return ""
     _, bracket, unit = heading.rpartition(" [")
     if bracket:
         return unit.removesuffix("]")
     selection = selections().get(heading.partition("@")[0])
     if selection is not None:
-        return selection.quantity.unit.replace("1", "-")
+        return selection.quantity.unit_text
     return "deg" if heading.endswith("_deg") else ""

@@ -151,6 +151,13 @@ class Sheet(NamedTuple):
             header.append(Heading.of(text)._replace(key=heading.key) if text else heading)
         return self._replace(header=header)
 
+    def inserted(self, after: str, heading: str, cells: Iterable[Cell]) -> "Sheet":
+        """The table with one more column, behind that of a key."""
+        k = self.keys.index(after) + 1
+        header = [*self.header[:k], heading, *self.header[k:]]
+        rows = [(*row[:k], cell, *row[k:]) for row, cell in zip(self.rows, cells, strict=True)]
+        return self._replace(header=header, rows=rows)
+
     def known(self) -> "Sheet":
         """The table of the columns in which some row has a cell.
 
@@ -212,8 +219,18 @@ def joined(sheets: Sequence[Sheet]) -> Sheet:
     return sheets[0]._replace(header=list(headings.values()), rows=rows)
 
 
-def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
-    """The columns of a study's table, of the rows without a message; in the units of sheets."""
+def sheet_of(
+    table: "Table", title: str = "", notes: Sequence[str] = (), messages: str = ""
+) -> Sheet:
+    """The columns of a study's table, in the units of sheets.
+
+    Args:
+        table: of the study.
+        title: over it.
+        notes: under it.
+        messages: heading of a last column that has the messages; without, rows with a message are
+            left out.
+    """
     header = []
     columns = []
     for (name, unit), values in zip(table.units.items(), table.columns.values(), strict=True):
@@ -224,10 +241,12 @@ def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Shee
             values = values * size
         header.append(head)
         columns.append(values.tolist())
-    rows = []
-    for i, row in enumerate(zip(*columns, strict=True)):
-        if i not in table.messages:
-            rows.append(row)
+    rows = list(zip(*columns, strict=True))
+    if messages:
+        header.append(Heading.of(messages))
+        rows = [(*row, table.messages.get(i)) for i, row in enumerate(rows)]
+    else:
+        rows = [row for i, row in enumerate(rows) if i not in table.messages]
     return Sheet(title, header, rows, notes)
 
 

@@ -15,7 +15,7 @@ from shockpc.evaluation.unused_ground import NAME_ONE
 from shockpc.evaluation.variations.kinds.registry import kind_and_target
 from shockpc.show.header import header_lines, other_warning_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.studies.limits.intervals import StrikeLimits
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.errors import ShockError
@@ -245,16 +245,10 @@ def _allowed(limits: JointLimits) -> Sheet:
     It says where flat ground allows them.
     """
     title = f"values of {limits.subject} that keep {limits.target.name} {_bound(limits)}"
-    sheet = sheet_of(limits.table, title, [])
-    feasible = {"yes": True, "no": False}
-    kinds: set[Cell] = set()
-    rows: list[Row] = []
-    for row in sheet.rows:
-        *cells, by_ground = row
-        kinds |= {row[4], row[5]}  # of the low and the high end
-        rows.append((*cells, feasible.get(str(by_ground))))
-    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in kinds]
-    return sheet._replace(header=[*sheet.header[:-1], "feasible"], rows=rows, notes=notes)
+    table = limits.table
+    ends = {*table.columns["low end"], *table.columns["high end"]}
+    notes = [f"{end}: {words}" for end, words in ENDS.items() if end in ends]
+    return sheet_of(table, title, notes)
 
 
 def _drives(limits: JointLimits) -> Sheet:

@@ -128,9 +128,8 @@ class JointLimits:
         for each in self.limits:
             angles = tuple(map(in_degrees, each.strikes))
             for low, high, low_end, high_end, feasible in each.intervals:
-                is_feasible = "yes" if feasible else "no"
                 values = self.shown(low), self.shown(high)
-                rows.append((*angles, *values, low_end, high_end, is_feasible))
+                rows.append((*angles, *values, low_end, high_end, feasible))
             if not each.intervals:
                 rows.append((*angles, *(None,) * len(ends)))
         return Table.of_rows((*strikes, *ends), rows)

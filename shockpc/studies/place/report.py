@@ -138,12 +138,7 @@ def _places(placement: PlaceStudy) -> Sheet:
         )
     body = placement.robot.bodies[placement.body].name
     title = f"places on {body} (in its frame; shock: |Δv| / v_in)"
-    sheet = sheet_of(placement.table, title, notes)
-    rows = [
-        (*row, sensor.bound is None, sensor.bound)
-        for row, sensor in zip(sheet.rows, _sensors(placement), strict=True)
-    ]
-    return sheet._replace(header=[*sheet.header, "present", "bound [-]"], rows=rows)
+    return sheet_of(placement.table, title, notes)
 
 
 def _velocity_changes(placement: PlaceStudy) -> Sheet:

@@ -134,13 +134,17 @@ class PlaceStudy:
 
     @property
     def table(self) -> Table:
-        """A row for each present sensor and for each place found."""
-        header = ("place", "x [m]", "y [m]", "z [m]", "maximum shock [-]", "in landing")
+        """A row for each present sensor and for each place found, with the bound of the latter."""
+        header = (
+            *("place", "x [m]", "y [m]", "z [m]", "maximum shock [-]", "in landing"),
+            *("present", "bound [-]"),
+        )
         rows = []
         for sensor in (*self.today, *self.places):
             largest = sensor.shocks.max()
             first = (sensor.shocks >= EQUAL_SHARE * largest).argmax()
-            rows.append((sensor.name, *sensor.position, largest, self.landings[first]))
+            shock = largest, self.landings[first], sensor.bound is None, sensor.bound
+            rows.append((sensor.name, *sensor.position, *shock))
         return Table.of_rows(header, rows)
 
     @property

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,9 @@ from shockpc.text.printed import count, listed
 
 ROWS = 16
 """Rows of the table on a terminal."""
+
+DRIVES = "smallest, largest: the change with the smallest and the largest possible inertias"
+"""The note under columns of the ends of the drives."""
 
 
 def sensitivity_report(sensitivity: Sensitivity) -> Report:
@@ -109,21 +111,11 @@ def _over_drives(sensitivity: Sensitivity) -> list[str]:
 
 def _drives(sensitivity: Sensitivity) -> Sheet:
     """The change by each step as a share of the number, as modelled and at the drives' ends."""
-    name = sensitivity.target.selection.name
-    header = ["parameter", f"change of {name} [%]", *(f"{end} [%]" for end in sensitivity.ends)]
-    shares = [_shares(sensitivity), *map(_shares, sensitivity.ends.values())]
-    rows: list[Row] = []
-    for effect in sensitivity.ranked:
-        rows.append((effect.parameter, *(share.get(effect.parameter) for share in shares)))
-    note = "smallest, largest: the change with the smallest and the largest possible inertias"
-    return Sheet(f"effect on the {sensitivity.target.title}, by the drives", header, rows, [note])
-
-
-def _shares(sensitivity: Sensitivity | ShockError) -> dict[str, float]:
-    """The change by each step as a share of the number, by parameter; none if that is zero."""
-    if isinstance(sensitivity, ShockError) or not sensitivity.value:
-        return {}
-    return {one.parameter: one.up / sensitivity.value for one in sensitivity.ranked}
+    change = f"change_of_{sensitivity.target.selection.name}"
+    sheet = sheet_of(
+        sensitivity.table, f"effect on the {sensitivity.target.title}, by the drives", [DRIVES]
+    )
+    return sheet.only("parameter", change, *sensitivity.ends)
 
 
 def _over(sensitivity: Sensitivity) -> str:
@@ -165,19 +157,8 @@ def _effects(sensitivity: Sensitivity) -> Sheet:
 
     It also has the effects by the drives.
     """
-    sheet = sheet_of(replace(sensitivity.table, messages={}))
-    drives = _drives(sensitivity)
-    at_ends = {row[0]: row[2:] for row in drives.rows}
-    nothing = [None] * len(sensitivity.ends)
-    effects = (*sensitivity.ranked, *sensitivity.refused)
-    rows: list[Row] = []
-    for row, effect in zip(sheet.rows, effects, strict=True):
-        head, numbers = row[:4], row[4:]
-        by_drives = at_ends.get(effect.parameter, nothing)
-        change = step_words(effect)
-        rows.append((*head, change, *numbers, *by_drives, effect.reason or None))
-    header = (*sheet.header[:4], "change", *sheet.header[4:], *drives.header[2:], "reason")
-    return sheet._replace(header=header, rows=rows)
+    changes = map(step_words, (*sensitivity.ranked, *sensitivity.refused))
+    return sheet_of(sensitivity.table, messages="reason").inserted("step", "change", changes)
 
 
 def _derivatives(sensitivity: Sensitivity) -> Sheet:
@@ -210,7 +191,7 @@ def _table(sensitivity: Sensitivity, most: int | None) -> Sheet:
         hidden += sensitivity.ends
     known = every.where(lambda row: row["reason"] is None).without(*hidden)
     if moves:
-        known = known._replace(notes=_drives(sensitivity).notes)
+        known = known._replace(notes=[DRIVES])
     sheet = known.largest(most, "parameter", range(len(known.rows), 0, -1))
     opposite = "another landing may become the worst"
     if single or sensitivity.mean:

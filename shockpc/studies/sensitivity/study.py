@@ -155,10 +155,17 @@ class Sensitivity:
         return tuple(effect for effect in self.effects if effect.reason)
 
     @property
+    def percents(self) -> dict[str, float]:
+        """The changes of `ranked` as shares of the target [%], by parameter; none if it is zero."""
+        if not self.value:
+            return {}
+        return {effect.parameter: 100.0 * effect.up / self.value for effect in self.ranked}
+
+    @property
     def table(self) -> Table:
         """A row for each effect as `ranked`, then those without a derivative.
 
-        The messages of these say why.
+        The messages of these say why. The last columns have the changes by the drives.
         """
         name, unit = self.target.selection.name, self.target.unit
         header = (
@@ -170,13 +177,17 @@ class Sensitivity:
             f"change of {name} [%]",
             f"opposite {name} [{unit}]",
             f"error {name} [{unit}]",
+            *(f"{end} [%]" for end in self.ends),
         )
+        by_drives = [self.percents]
+        for end in self.ends.values():
+            by_drives.append({} if isinstance(end, ShockError) else end.percents)
         rows = []
         for effect in (*self.ranked, *self.refused):
-            percent = 100.0 * effect.up / self.value
-            error = effect.step * effect.error
+            change, *at_ends = [percents.get(effect.parameter) for percents in by_drives]
             head = (effect.parameter, effect.value, effect.unit, effect.step)
-            rows.append((*head, effect.up, percent, effect.down, error))
+            numbers = (effect.up, change, effect.down, effect.step * effect.error)
+            rows.append((*head, *numbers, *at_ends))
         first = len(self.ranked)
         reasons = {first + i: effect.reason for i, effect in enumerate(self.refused)}
         return Table.of_rows(header, rows, reasons)
