@@ -35,7 +35,14 @@ from shockpc import (
 )
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowSpace
-from shockpc.judgement.accuracy import data_sensitivity, double_error, hardly_sensitive, sensitive
+from shockpc.judgement.accuracy import (
+    data_sensitivity,
+    double_error,
+    hardly_sensitive,
+    impulse_bound,
+    impulse_sizes,
+    sensitive,
+)
 from shockpc.landing.contact import contact_constraint
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.posture import configuration
@@ -569,3 +576,23 @@ def test_a_number_that_no_precision_encloses_gets_no_verdict():
 
     with pytest.raises(SolveError, match='8192 bits do not give a number of robot "anymal"'):
         profile.proof.read(wide)
+
+
+@pytest.mark.parametrize("joints", ["free", "locked"])
+@pytest.mark.parametrize("name", ["anymal_b", "cassie", "iris", "quadruped", "talos"])
+def test_no_impulse_is_above_the_bound_that_excludes_a_warning(name, joints):
+    """With loops, soles and arms; and what a floating robot's contact stops is at most its mass."""
+    robot = known_robot(name)
+    (*_, frame) = each_foot(robot) or robot.frames
+    contact = Contact(frame=frame, restitution=0.4)
+    scene = Scene(
+        robot=name,
+        contact=contact,
+        strike=Strike(strike_angle_deg=30.0),
+        joints=Joints(model=joints),
+    )
+    profile = shock_profile(scene, robot)
+    largest = [*profile.value("joint_impulse", "joint"), *impulse_sizes(profile)]
+    assert max(largest) <= impulse_bound(profile) * (1.0 + 1e-12)
+    assert profile.landing.floating
+    assert np.nanmax(profile.value("effective_mass", "contact")) <= robot.mass * (1.0 + 1e-12)

@@ -1,9 +1,9 @@
 """Accuracy of a result: the error of double precision, and the sensitivity to the data."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import compress
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -143,7 +143,7 @@ def impulse_sizes(profile: ShockProfile) -> Array:
 
 
 @memoized()
-def _joint_bound(profile: ShockProfile) -> float:
+def impulse_bound(profile: ShockProfile) -> float:
     """A bound on the impulse through each joint, and on that of each contact [N s].
 
     It is Σ_i m_i |Δv_i| + Σ_k |λ_k| over all bodies, with Δv_i of their centres of mass, and all
@@ -156,65 +156,53 @@ def _joint_bound(profile: ShockProfile) -> float:
     return float(momenta.sum() + np.abs(profile.proof.impulse[:, 3]).sum())
 
 
-class _Bounded(NamedTuple):
-    """Numbers at places, with what the robot's mass and speed allow.
-
-    Attributes:
-        kind: of the warning.
-        title: the number in words.
-        unit: of it.
-        bound: the most that is allowed.
-        places: of the numbers.
-        values: (n,) NaN where there is none.
-    """
-
-    kind: str
-    title: str
-    unit: str
-    bound: float
-    places: Sequence[Place]
-    values: Array
-
-
 def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     """A warning of the number furthest above what the robot's mass and speed allow."""
+    landing = profile.landing
+    mass, impulse = _allowed(profile)
+    # A floating robot can yield to a contact by its translation, so that its effective mass is at
+    # most its mass.
+    strikes_stop = any(contact.kind == "stop" for contact in landing.contacts)
+    yields = landing.floating and not strikes_stop
+    if yields and impulse_bound(profile) <= OVERSIZED * impulse:
+        return
+
+    through = profile.value("joint_impulse", "joint")
+    masses = profile.value("effective_mass", "contact")
+    contacts, joints = profile.places("contact"), profile.places("joint")
+    numbers = (
+        ("size", "impulse of contact", "N s", impulse, contacts, impulse_sizes(profile)),
+        ("size", "impulse through joint", "N s", impulse, joints, through),
+        ("contact", "effective mass of contact", "kg", mass, contacts, masses),
+    )
+    shares = []
+    for kind, title, unit, allowed, places, values in numbers:
+        for place, value in zip(places, values.tolist(), strict=True):
+            if math.isfinite(value):
+                number = f'{title} "{place.name}" {value:.3g} {unit}'
+                shares.append((value / allowed, number, kind, place.name))
+    times, number, kind, subject = max(shares, default=(0.0, "", "", ""))
+    if times > OVERSIZED:
+        text = (
+            f"{number} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, "
+            f"{impulse:.3g} N s): the mechanism is singular, redundant or rounded here. Set "
+            "another posture, or leave out the loop or the direction of the contact that takes it"
+        )
+        yield Diagnostic(kind, subject, times, text)
+
+
+def _allowed(profile: ShockProfile) -> tuple[float, float]:
+    """The mass of the robot with its rotors [kg], and the impulse that its speed allows [N s].
+
+    That is m v (1 + e), which stops all of the mass at the contact's speed and throws it back.
+    """
     landing = profile.landing
     # Of a joint that turns, the reflected inertia counts as a mass at the robot's length.
     turning = np.any(landing.state.J[0, :3], axis=0)
     reflected = landing.joint_model.armature / np.where(turning, landing.length**2, 1.0)
     mass = float(landing.robot.mass + np.sum(reflected))
     restitution = max(contact.restitution for contact in profile.scene.contact)
-    # m v (1 + e) stops all of the mass at the contact's speed and throws it back.
-    most = mass * landing.fastest_approach * (1.0 + restitution)
-    # A floating robot can yield to a contact by its translation, so that its effective mass is at
-    # most its mass.
-    strikes_stop = any(contact.kind == "stop" for contact in landing.contacts)
-    yields = landing.floating and not strikes_stop
-    if yields and _joint_bound(profile) <= OVERSIZED * most:
-        return
-
-    contacts, joints = profile.places("contact"), profile.places("joint")
-    through = profile.value("joint_impulse", "joint")
-    masses = profile.value("effective_mass", "contact")
-    numbers = (
-        _Bounded("size", "impulse of contact", "N s", most, contacts, impulse_sizes(profile)),
-        _Bounded("size", "impulse through joint", "N s", most, joints, through),
-        _Bounded("contact", "effective mass of contact", "kg", mass, contacts, masses),
-    )
-    shares = []
-    for bounded in numbers:
-        for place, value in zip(bounded.places, bounded.values.tolist(), strict=True):
-            if math.isfinite(value):
-                number = f'{bounded.title} "{place.name}" {value:.3g} {bounded.unit}'
-                shares.append((value / bounded.bound, number, bounded.kind, place.name))
-    times, number, kind, subject = max(shares, default=(0.0, "", "", ""))
-    if times > OVERSIZED:
-        text = (
-            f"{number} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, "
-            f"{most:.3g} N s): the mechanism is singular, redundant or rounded here. Set another "
-            "posture, or leave out the loop or the direction of the contact that takes it"
-        )
-        yield Diagnostic(kind, subject, times, text)
+    return mass, mass * landing.fastest_approach * (1.0 + restitution)
 
 
 def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
@@ -225,7 +213,7 @@ def strained(profile: ShockProfile) -> Iterator[Diagnostic]:
     if any(constraint.kind == "stop" for constraint in profile.landing.contacts):
         return
     largest = float(impulse_sizes(profile).max())
-    if _joint_bound(profile) <= STRAIN * largest:
+    if impulse_bound(profile) <= STRAIN * largest:
         return
     impulses = profile.value("joint_impulse", "joint").tolist()
     names = [place.name for place in profile.places("joint")]
@@ -335,16 +323,15 @@ def data_sensitivity(profile: ShockProfile) -> tuple[float, tuple[Diagnostic, ..
     # The jumps of the bodies: the largest change of the patterns, of the motion of each body.
     length = profile.robot.rotation_lengths
     exact = proof.jumps[..., 3:]
-    size = motion(exact, length)[:, 0]
     changes = [motion(jumps[..., 3:] - exact, length)[:, 0] for jumps, *_ in patterns]
-    moves = _of_motion(np.max(changes, axis=0), size)
+    moves = _of_motion(np.max(changes, axis=0), motion(exact, length)[:, 0])
     worst = int(np.argmax(moves))
     body = profile.robot.bodies[worst].name
     warnings = [*_sensitive(f'the result of body "{body}"', body, float(moves[worst]))]
 
     # The results: the same of each place, of the size of the result there.
-    for k, (entry, places, before) in enumerate(results):
-        changes = [_lengths(after[k + 1] - before) for after in patterns]
+    for k, (entry, places, before) in enumerate(results, start=1):
+        changes = [_lengths(after[k] - before) for after in patterns]
         size = _lengths(before)
         shares = np.max(changes, axis=0) / np.where(size > 0.0, size, np.inf)
         place = places[int(np.argmax(shares))].name
