@@ -24,7 +24,7 @@ from shockpc.wings.compliant.beyond.beam import (
     segmented_beam,
     struck,
 )
-from shockpc.wings.compliant.beyond.leg import Peaks, leg_modes, leg_study, struck_frames
+from shockpc.wings.compliant.beyond.leg import Peaks, leg_frequencies, leg_study, struck_frames
 from shockpc.wings.compliant.beyond.robots import LAWS, robot_study
 
 
@@ -134,7 +134,7 @@ def test_a_leg_of_tubes():
     """Segments tend to frame elements; rotors lower the first mode more than six times; rigid tubes
     are right on soft contacts.
     """
-    rotors, free = leg_modes()
+    rotors, free = leg_frequencies()
     assert rotors.frames == pytest.approx(frame_leg.first_frequency())
     assert free.frames > 6.0 * rotors.frames
     for modes in (rotors, free):

@@ -14,7 +14,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scenes.scene import Contact, Joints, Scene
 from shockpc.landing.scenes.strike import Strike
 from shockpc.profile import shock_profile
-from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.parts.peaks import ALONG
 from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.motion.contacts import simulate_landing
 from shockpc.wings.compliant.motion.laws import series_damping
@@ -200,7 +200,7 @@ def test_the_torque_of_a_thigh_with_stiff_links():
             )
             places = landing.landing.places("joint")
             (thigh,) = (k for k, place in enumerate(places) if place.name == "FL_thigh_joint")
-            peaks.append(landing.peaks(JOINTS[2].compute, places)[0][thigh])
+            peaks.append(landing.peaks(ALONG.compute, places)[0][thigh])
         found[law] = peaks[1] / peaks[0]
     assert found["damper"] == pytest.approx(1.0, abs=0.15)
     assert found["hysteresis"] > 1.5
@@ -226,7 +226,7 @@ def test_four_feet_and_eight_links(stiffness, e):
     landing = CompliantLanding(resolve(scene, known_robot("go2")))
     assert len(landing.number) == 12 + 96
     assert len(landing.motion.events) < 50
-    assert np.all(landing.peaks(JOINTS[2].compute, landing.landing.places("joint"))[0] > 0.0)
+    assert np.all(landing.peaks(ALONG.compute, landing.landing.places("joint"))[0] > 0.0)
 
 
 def test_the_end_under_gravity():

@@ -19,8 +19,8 @@ from shockpc.landing.scenes.strike import GRAVITY, Strike
 from shockpc.method.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_contacts import IMPULSE
-from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
+from shockpc.quantities.parts.peaks import ALONG
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.load import load_robot
 from shockpc.studies.analyze.report import document
@@ -39,9 +39,8 @@ from shockpc.wings.compliant.links.segments import (
     divide,
 )
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
-from shockpc.wings.compliant.show.histories import bent_links
+from shockpc.wings.compliant.show.bent_links import bent_links
 
-ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)
 """First frequencies of a uniform Euler–Bernoulli beam with EI = m = L = 1 [Hz]."""
 

@@ -8,7 +8,7 @@ import pytest
 
 import shockpc
 from shockpc.studies.guide.command import files_of
-from shockpc.wings.compliant.beyond.leg import leg_modes
+from shockpc.wings.compliant.beyond.leg import leg_frequencies
 from shockpc.wings.compliant.beyond.robots import robot_study
 
 FOOT = shockpc.Contact(frame="FL_foot")
@@ -92,7 +92,7 @@ def test_when_a_contact_without_restitution_opens():
 
 
 def test_rotors_lower_the_first_mode_of_the_leg():
-    rotors, free = leg_modes()
+    rotors, free = leg_frequencies()
     sentence = f"{free.frames:.0f} Hz with free joints and at {rotors.frames:.0f} Hz with rotors"
     assert sentence in page("bending")
 

@@ -89,8 +89,8 @@ def exact_beam() -> Beam:
     ratio = (np.cosh(beta) - np.cos(beta)) / size
     rest = (np.cos(beta) - np.sin(beta) - np.exp(-beta)) / size
 
-    def across(at: Array) -> Array:
-        x = np.asarray(at)[..., None]
+    def across(distance: Array) -> Array:
+        x = np.asarray(distance)[..., None]
         # cosh − ratio · sinh, without the difference of large numbers.
         angle = beta * (x + 0.5)
         hyperbolic = (rest * np.exp(angle) + (1.0 + ratio) * np.exp(-angle)) / 2.0
@@ -116,8 +116,8 @@ def segmented_beam(hinges: int = HINGES) -> Beam:
     chosen = [1, 5, *range(6 + upright, 6 + 2 * hinges, 2)]
     EI = 4.730040744862704**-4 * (2.0 * math.pi) ** 2
 
-    def across(at: Array) -> Array:
-        x = np.asarray(at)[..., None]
+    def across(distance: Array) -> Array:
+        x = np.asarray(distance)[..., None]
         behind = np.maximum(x - division.along, 0.0)
         return np.concatenate([-x, np.ones_like(x), -sign * behind], axis=-1)
 
@@ -152,7 +152,7 @@ def struck(beam: Beam, distance: float, ratio: float) -> Struck:
     return Struck(impulse / (2.0 * mass) - 1.0, end - rigid, at_copc)
 
 
-class Compared(NamedTuple):
+class BeamErrors(NamedTuple):
     """The largest differences from the rigid answer over all `STRIKES`, at one Tc/T1.
 
     They are with exact modes, and by segments.
@@ -164,14 +164,14 @@ class Compared(NamedTuple):
 
 
 @functools.cache
-def beam_study() -> tuple[Compared, ...]:
+def beam_study() -> tuple[BeamErrors, ...]:
     """The beam of Figure 1 with bending, at each of `RATIOS`."""
-    compared = []
+    errors = []
     with one_thread(MODES):
         for ratio in RATIOS:
             exact, segments = _largest(exact_beam(), ratio), _largest(segmented_beam(), ratio)
-            compared.append(Compared(ratio, exact, segments))
-    return tuple(compared)
+            errors.append(BeamErrors(ratio, exact, segments))
+    return tuple(errors)
 
 
 def _largest(beam: Beam, ratio: float) -> Struck:

@@ -14,13 +14,11 @@ import numpy as np
 from shockpc import Contact, Joints, Point, Posture, Robot, Scene, load_robot
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.impact.contact_rows import contact_rows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import resolve
-from shockpc.quantities.of_contacts import IMPULSE
-from shockpc.quantities.of_joints import JOINTS
-from shockpc.quantities.of_points import point_velocity
 from shockpc.wings.compliant.beyond.frame_leg import ANGLES, EA, EI, ROTOR, frame_leg, urdf
+from shockpc.wings.compliant.beyond.peaks import landing_peaks
+from shockpc.wings.compliant.links.bending import unit_frequency
 from shockpc.wings.compliant.links.bent_landing import flexible_landing
 from shockpc.wings.compliant.motion.contacts import simulate_landing
 from shockpc.wings.compliant.motion.elements import Elements
@@ -61,7 +59,7 @@ class Peaks(NamedTuple):
     torque: float
 
 
-class Modes(NamedTuple):
+class LegFrequencies(NamedTuple):
     """The first frequency with which the free leg bends in its plane [Hz].
 
     It is that of frame elements, and on 2 and 12 hinges.
@@ -73,7 +71,7 @@ class Modes(NamedTuple):
     twelve: float
 
 
-class Compared(NamedTuple):
+class LegErrors(NamedTuple):
     """Errors of tubes: rotors, one of `LINKS`, Tc f1, contact stiffness [N/m], and the errors."""
 
     rotors: str
@@ -84,44 +82,42 @@ class Compared(NamedTuple):
 
 
 @functools.cache
-def leg_modes() -> tuple[Modes, ...]:
+def leg_frequencies() -> tuple[LegFrequencies, ...]:
     """The first frequencies of the leg, with rotors and without."""
-    modes = []
+    frequencies = []
     for name, rotor in ROTORS.items():
-        exact = float(_modes(rotor)[0][RIGID]) / 2.0 / math.pi
+        exact = float(_frame_modes(rotor)[0][RIGID]) / 2.0 / math.pi
         of_segments = []
         for hinges in filter(None, LINKS.values()):
-            bent = flexible_landing(_posed(rotor, hinges, 1.0))
-            frequencies = bent.elastic_frequencies()
+            elastic = flexible_landing(_posed(rotor, hinges, 1.0)).elastic_frequencies()
             # Segments bend out of the plane too.
-            of_segments.append(float(frequencies[np.abs(frequencies - exact).argmin()]))
-        modes.append(Modes(name, exact, *of_segments))
-    return tuple(modes)
+            of_segments.append(float(elastic[np.abs(elastic - exact).argmin()]))
+        frequencies.append(LegFrequencies(name, exact, *of_segments))
+    return tuple(frequencies)
 
 
 @functools.cache
-def leg_study() -> tuple[Compared, ...]:
+def leg_study() -> tuple[LegErrors, ...]:
     """The leg on contacts of the stiffness with which Tc f1 is each of `RATIOS`."""
-    compared = []
-    for modes, rotor in zip(leg_modes(), ROTORS.values(), strict=True):
-        rows = contact_rows(posed := _posed(rotor, 0, 1.0), stands=True)
-        unit = rows.frequency(np.ones(len(rows.J)), np.zeros((0, len(rows.M))))
+    study = []
+    for frequencies, rotor in zip(leg_frequencies(), ROTORS.values(), strict=True):
+        unit = unit_frequency(_posed(rotor, 0, 1.0))
         for ratio in RATIOS:
-            stiffness = (math.pi * modes.frames / ratio / unit) ** 2
+            # Tc f1 = ratio with Tc = π / (unit √k).
+            stiffness = (math.pi * frequencies.frames / ratio / unit) ** 2
             expected = np.array(struck_frames(stiffness, rotor))
             for name, hinges in LINKS.items():
-                posed = _posed(rotor, hinges, stiffness)
-                errors = np.abs(np.array(_read(CompliantLanding(posed))) / expected - 1.0)
-                compared.append(
-                    Compared(modes.rotors, name, ratio, stiffness, Peaks(*errors.tolist()))
-                )
-    return tuple(compared)
+                peaks = _peaks(_posed(rotor, hinges, stiffness))
+                errors = Peaks(*np.abs(np.array(peaks) / expected - 1.0).tolist())
+                study.append(LegErrors(frequencies.rotors, name, ratio, stiffness, errors))
+    return tuple(study)
 
 
 @functools.cache
 def _robot() -> Robot:
     with tempfile.TemporaryDirectory() as folder:
-        (file := Path(folder, "leg.urdf")).write_text(urdf(), encoding="utf-8")
+        file = Path(folder, "leg.urdf")
+        file.write_text(urdf(), encoding="utf-8")
         return load_robot(file)
 
 
@@ -155,21 +151,20 @@ def _posed(rotor: float, hinges: int, stiffness: float) -> PosedLanding:
     return resolve(leg_scene("leg", stiffness, hinges, rotor), _robot())
 
 
-def _read(landing: CompliantLanding) -> Peaks:
-    posed = landing.landing
-    points = posed.places("point")
-    knee = [place for place in posed.places("joint") if place.name == "knee"]
-    jump = float(np.linalg.norm(landing.ends(point_velocity, points)[0, 1, 0]))
-    acceleration = float(landing.peaks(point_velocity, points)[0][0])
-    force = float(landing.peaks(IMPULSE.compute, posed.places("contact"))[0][0])
-    torque = math.nan
-    if posed.joint_model.armature.any():
-        torque = float(landing.peaks(JOINTS[2].compute, knee)[0][0])
-    return Peaks(jump, acceleration, force, torque)
+def _peaks(posed: PosedLanding) -> Peaks:
+    """The results of the leg with tubes of segments, or rigid ones."""
+    (trunk,) = posed.places("point")
+    # Without rotors nothing bears a torque at the knee.
+    knees = [place for place in posed.places("joint") if place.name == "knee"]
+    if not posed.joint_model.armature.any():
+        knees = []
+    peaks = landing_peaks(CompliantLanding(posed), trunk, knees)
+    torque = float(peaks.along[0]) if knees else math.nan
+    return Peaks(peaks.jump, peaks.acceleration, peaks.force, torque)
 
 
 @functools.cache
-def _modes(rotor: float) -> tuple[Array, Array]:
+def _frame_modes(rotor: float) -> tuple[Array, Array]:
     """Frequencies of the leg of frame elements, from the lowest [rad/s], and its modes.
 
     The shapes of the modes have unit modal mass.
@@ -182,7 +177,7 @@ def _modes(rotor: float) -> tuple[Array, Array]:
 
 def struck_frames(stiffness: float, rotor: float = ROTOR) -> Peaks:
     """The leg of frame elements, in its modes. Args: as of `leg_scene`."""
-    leg, (omega, shapes) = frame_leg(rotor), _modes(rotor)
+    leg, (omega, shapes) = frame_leg(rotor), _frame_modes(rotor)
     omega, shapes = omega[: RIGID + MODES], shapes[:, : RIGID + MODES]
     contact = Elements.alike(leg.foot @ shapes, stiffness, 1.0, 0, np.array([False, True]))
     springs = Elements.alike(np.eye(RIGID + MODES)[RIGID:], omega[RIGID:] ** 2)

@@ -18,7 +18,7 @@ from shockpc.wings.compliant.beyond.beam import (
     beam_study,
     holds_from,
 )
-from shockpc.wings.compliant.beyond.leg import LINKS, Peaks, leg_modes, leg_study
+from shockpc.wings.compliant.beyond.leg import LINKS, Peaks, leg_frequencies, leg_study
 from shockpc.wings.compliant.beyond.robots import LAWS, Errors, robot_study
 
 Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
@@ -51,7 +51,7 @@ NOT_MODELLED = (
 )
 
 
-def beyond_report() -> Report:
+def bending_report() -> Report:
     """The report of bodies that bend: a beam, a leg of tubes, and robots.
 
     The beam of Figure 1 is compared with Eqs. 1 to 3, the leg with frame elements; of the robots
@@ -59,15 +59,15 @@ def beyond_report() -> Report:
     """
     limits = []
     for k in range(len(WORDS)):
-        errors = [compared.exact[k] for compared in beam_study()]
+        errors = [row.exact[k] for row in beam_study()]
         limits.append(holds_from(np.array(errors)))
     answer = []
     for name, limit in zip(WORDS, limits, strict=True):
         answer.append(f"{name} within {100 * LIMIT:g} % from Tc/T1 = {limit:g}")
-    leg = " and ".join(f"{one.frames:.0f} Hz {one.rotors}" for one in leg_modes())
+    legs = " and ".join(f"{leg.frames:.0f} Hz {leg.rotors}" for leg in leg_frequencies())
     lines = [
         f"the beam of Figure 1, with bending: {'; '.join(answer)}",
-        f"a leg of two tubes bends first at {leg} rotors",
+        f"a leg of two tubes bends first at {legs} rotors",
         NOT_MODELLED,
     ]
     sheets: dict[str, Callable[[], Sheet]] = {
@@ -118,19 +118,19 @@ def _beam_sheet() -> Sheet:
         f"modes: those of Euler and Bernoulli; segments: {HINGES} hinges, as of --flex "
         f"LINK=...,hinges:{HINGES}",
     )
-    rows = [(one.ratio, *one.exact, *one.segments) for one in beam_study()]
+    rows = [(row.ratio, *row.exact, *row.segments) for row in beam_study()]
     title = "the beam of Figure 1 with bending: errors of the rigid answer, Eqs. 1 to 3"
     return Sheet(title, (Heading("ratio", "Tc/T1", "-"), *columns), rows, notes)
 
 
 def _beam_picture() -> Picture:
     """The errors of the beam over Tc/T1."""
-    ratios = [one.ratio for one in beam_study()]
+    ratios = [row.ratio for row in beam_study()]
     lines: Curves = {}
     dots: Curves = {}
     for k, name in enumerate(WORDS):
-        lines[f"{name}, modes"] = ratios, [one.exact[k] for one in beam_study()]
-        dots[f"{name}, segments"] = ratios, [one.segments[k] for one in beam_study()]
+        lines[f"{name}, modes"] = ratios, [row.exact[k] for row in beam_study()]
+        dots[f"{name}, segments"] = ratios, [row.segments[k] for row in beam_study()]
     return _errors("beam", "A beam that bends: error of the rigid answer", [("", lines, dots)])
 
 
@@ -144,9 +144,9 @@ def _leg_sheet() -> Sheet:
     """Errors of rigid tubes of a leg, and of tubes of few hinges, against frame elements."""
     columns = [Heading(key, name, "-") for key, name in zip(Peaks._fields, OF_LEG, strict=True)]
     modes = "; ".join(
-        f"{one.rotors} {one.frames:.0f} Hz of frame elements, {one.two:.0f} on 2 and "
-        f"{one.twelve:.0f} on 12 hinges"
-        for one in leg_modes()
+        f"{leg.rotors} {leg.frames:.0f} Hz of frame elements, {leg.two:.0f} on 2 and "
+        f"{leg.twelve:.0f} on 12 hinges"
+        for leg in leg_frequencies()
     )
     notes = (
         "a trunk on two aluminium tubes of 25 and 21 mm, 0.2 m long, lands on an elastic contact "
@@ -155,17 +155,17 @@ def _leg_sheet() -> Sheet:
         "Tc: duration of contact with rigid tubes; f1: frequency of that mode, of frame elements; "
         "hinges as of --flex",
     )
-    rows = [(one.rotors, one.links, one.ratio, one.stiffness, *one.errors) for one in leg_study()]
+    rows = [(row.rotors, row.links, row.ratio, row.stiffness, *row.errors) for row in leg_study()]
     title = (
         "a leg of two tubes: errors of rigid tubes and of tubes with hinges against frame elements"
     )
-    given = Heading("ratio", "Tc f1", "-"), Heading("stiffness", "contact stiffness", "N/m")
-    return Sheet(title, ("rotors", "tubes", *given, *columns), rows, notes)
+    of_contact = Heading("ratio", "Tc f1", "-"), Heading("stiffness", "contact stiffness", "N/m")
+    return Sheet(title, ("rotors", "tubes", *of_contact, *columns), rows, notes)
 
 
 def _leg_picture() -> Picture:
     """The errors of the leg over Tc f1, with rotors as lines and without as dots."""
-    with_rotors, without = (one.rotors for one in leg_modes())
+    with_rotors, without = (leg.rotors for leg in leg_frequencies())
     panels = []
     for k, name in enumerate(OF_LEG):
         panels.append((name, _leg_curves(with_rotors, k), _leg_curves(without, k)))
@@ -176,9 +176,9 @@ def _leg_curves(rotors: str, index: int) -> Curves:
     """Errors of a number of the leg over Tc f1, of each kind of its links."""
     curves: Curves = {}
     for name in LINKS:
-        rows = [one for one in leg_study() if (one.rotors, one.links) == (rotors, name)]
-        errors = [one.errors[index] for one in rows]
-        curves[f"{name}, {rotors} rotors"] = [one.ratio for one in rows], errors
+        rows = [row for row in leg_study() if (row.rotors, row.links) == (rotors, name)]
+        errors = [row.errors[index] for row in rows]
+        curves[f"{name}, {rotors} rotors"] = [row.ratio for row in rows], errors
     return curves
 
 
@@ -194,7 +194,7 @@ def _robots_sheet() -> Sheet:
         "joints ring and contacts open too early, however stiff links are, so errors do not fall",
         "joints: over the largest peak along any",
     )
-    rows = [(one.robot, one.law, one.ratio, one.EI, *one.errors) for one in robot_study()]
+    rows = [(row.robot, row.law, row.ratio, row.EI, *row.errors) for row in robot_study()]
     title = "robots whose legs bend: what rigid links are off by"
     return Sheet(
         title,
@@ -218,8 +218,8 @@ def _robots_picture() -> Picture:
 def _robot_curves(law: str, index: int) -> Curves:
     """Errors of a number over Tc f1, of each robot."""
     curves: Curves = {}
-    of_law = [one for one in robot_study() if one.law == law]
-    for name in dict.fromkeys(one.robot for one in of_law):
-        rows = [one for one in of_law if one.robot == name]
-        curves[name] = [one.ratio for one in rows], [one.errors[index] for one in rows]
+    of_law = [row for row in robot_study() if row.law == law]
+    for name in dict.fromkeys(row.robot for row in of_law):
+        rows = [row for row in of_law if row.robot == name]
+        curves[name] = [row.ratio for row in rows], [row.errors[index] for row in rows]
     return curves

@@ -10,12 +10,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc import Contact, Joints, Point, Scene, load_robot
-from shockpc.impact.contact_rows import contact_rows
+from shockpc import Contact, Joints, Point, Robot, Scene, load_robot
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import resolve
-from shockpc.quantities.of_contacts import IMPULSE
-from shockpc.quantities.of_joints import JOINTS
-from shockpc.quantities.of_points import point_velocity
+from shockpc.wings.compliant.beyond.peaks import LandingPeaks, landing_peaks
+from shockpc.wings.compliant.links.bending import unit_frequency
 from shockpc.wings.compliant.links.bent_landing import flexible_landing
 from shockpc.wings.compliant.links.flexes import Flex
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
@@ -63,7 +62,7 @@ class Errors(NamedTuple):
     torque: float
 
 
-class Compared(NamedTuple):
+class RobotErrors(NamedTuple):
     """Errors of rigid links: robot, contact law, Tc f1, EI of the leg's links [N m²], errors."""
 
     robot: str
@@ -74,24 +73,20 @@ class Compared(NamedTuple):
 
 
 @functools.cache
-def robot_study() -> tuple[Compared, ...]:
+def robot_study() -> tuple[RobotErrors, ...]:
     """The landings with each law, at each of `RATIOS`; the links from foot to base bend."""
-    compared = []
-    for landing in LANDINGS:
+    study = []
+    for name, foot, drives in LANDINGS:
         for law in LAWS:
-            compared += _compared(landing, law)
-    return tuple(compared)
+            study += _errors(name, foot, drives, law)
+    return tuple(study)
 
 
-def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
-    """A landing with one law, at each of `RATIOS`. Args: landing, robot, foot and drives."""
-    name, foot, drives = landing
-    robot, (contact, contact_law) = load_robot(name), LAWS[law]
-    body, links = robot.frame(foot).body, list[str]()
-    # All links from the foot upwards bend, and the base does not.
-    while robot.parents[body] >= 0:
-        links.append(robot.bodies[body].name)
-        body = robot.parents[body]
+def _errors(name: str, foot: str, drives: str | None, law: str) -> list[RobotErrors]:
+    """Errors of rigid links of one landing, at each of `RATIOS`."""
+    robot = load_robot(name)
+    links, base = _leg(robot, foot)
+    contact, contact_law = LAWS[law]
     scene = Scene(
         robot=name,
         contact=replace(contact, frame=foot),
@@ -99,39 +94,42 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
         contact_stiffness=STIFFNESS,
         gravity=False,
         joints=Joints(drives=drives),
-        point=(Point(frame=robot.bodies[body].name),),
+        point=(Point(frame=base),),
     )
     posed = resolve(scene, robot)
-    # With one EI of all links, f1 = unit √EI and Tc = π/ω.
+    # With one EI of all links f1 = unit √EI, and Tc = π/ω.
     bent = flexible_landing(posed, tuple((link, Flex(EI=1.0)) for link in links))
     unit = float(bent.elastic_frequencies()[0])
-    rows = contact_rows(posed, stands=True)
-    omega = rows.frequency(np.full(len(rows.J), STIFFNESS), np.zeros((0, len(rows.M))))
-    duration = math.pi / omega
-    compared, rigid = [], _read(CompliantLanding(posed))
+    duration = math.pi / (math.sqrt(STIFFNESS) * unit_frequency(posed))
+    errors, rigid = [], _peaks(posed)
     for ratio in RATIOS:
-        # Tc f1 = ratio with f1 = unit √EI.
+        # Tc f1 = ratio
         EI = (ratio / (duration * unit)) ** 2
         bending = replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}"))
-        off = np.abs(_read(CompliantLanding(resolve(bending, robot))) - rigid)
-        torque = float(off[3:].max() / rigid[3:].max())
-        jump, acceleration, force = (off[:3] / rigid[:3]).tolist()
-        errors = Errors(jump, acceleration, force, torque)
-        compared.append(Compared(name, law, ratio, EI, errors))
-    return compared
+        difference = _relative_difference(_peaks(resolve(bending, robot)), rigid)
+        errors.append(RobotErrors(name, law, ratio, EI, difference))
+    return errors
 
 
-def _read(landing: CompliantLanding) -> np.ndarray:
-    """Jump and largest acceleration of the base, largest contact force, and joint loads.
+def _leg(robot: Robot, foot: str) -> tuple[list[str], str]:
+    """The links from a foot upwards, and the base, which bears them."""
+    body, links = robot.frame(foot).body, list[str]()
+    while robot.parents[body] >= 0:
+        links.append(robot.bodies[body].name)
+        body = robot.parents[body]
+    return links, robot.bodies[body].name
 
-    These are the largest torques or forces along joints.
-    """
-    posed = landing.landing
-    points = posed.places("point")[-1:]
-    jump = np.linalg.norm(landing.ends(point_velocity, points)[0, 1], axis=-1)
-    peaks = [
-        landing.peaks(point_velocity, points),
-        landing.peaks(IMPULSE.compute, posed.places("contact")),
-    ]
-    along = landing.peaks(JOINTS[2].compute, posed.places("joint"))
-    return np.concatenate([jump, *(values for values, _ in (*peaks, along))])
+
+def _peaks(posed: PosedLanding) -> LandingPeaks:
+    """The results at the base, and at all joints."""
+    return landing_peaks(CompliantLanding(posed), posed.places("point")[-1], posed.places("joint"))
+
+
+def _relative_difference(peaks: LandingPeaks, rigid: LandingPeaks) -> Errors:
+    """The differences from what rigid links give."""
+    return Errors(
+        jump=abs(peaks.jump - rigid.jump) / rigid.jump,
+        acceleration=abs(peaks.acceleration - rigid.acceleration) / rigid.acceleration,
+        force=abs(peaks.force - rigid.force) / rigid.force,
+        torque=float(np.abs(peaks.along - rigid.along).max() / rigid.along.max()),
+    )

@@ -162,19 +162,15 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     if landing.scene.flex or not yielding:
         return None
     # Of contacts with equal masses the last.
-    mass, contact = min(yielding, key=lambda one: (one[0], -one[1]))
+    mass, contact = min(yielding, key=lambda pair: (pair[0], -pair[1]))
     if stiffness is not None and len(yielding) > 1:
-        mass = min(mass, _shared_mass(landing))
+        mass = min(mass, unit_frequency(landing) ** -2)
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     # Tc = π √(m/k)
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
-        from shockpc.wings.compliant.motion.laws import rise, series_damping
-
-        # Twice the time until the force is largest.
-        restitution = np.array(landing.contacts[contact].restitution)
-        shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi
-        mass, of_contact = mass * shortened**2, of_contact * shortened
+        shortening = _shortening(landing.contacts[contact].restitution)
+        mass, of_contact = mass * shortening**2, of_contact * shortening
     time = min(of_pulse, of_contact)
     if not 0.0 < time < math.inf:
         return None
@@ -190,6 +186,13 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     return Bending(time, math.nan, modes, step)
 
 
+def _shortening(restitution: float) -> float:
+    """Twice the time until the force of a contact with a damper is largest, over π √(m/k)."""
+    from shockpc.wings.compliant.motion.laws import rise, series_damping
+
+    return float(rise(series_damping(np.array(restitution)))) * 2.0 / math.pi
+
+
 def _yielding(landing: PosedLanding, masses: Array) -> list[tuple[float, int]]:
     """The contacts that can yield: the effective mass [kg] and the number of each."""
     yielding = []
@@ -199,13 +202,12 @@ def _yielding(landing: PosedLanding, masses: Array) -> list[tuple[float, int]]:
     return yielding
 
 
-def _shared_mass(landing: PosedLanding) -> float:
-    """The mass that the contacts stop together, m = 1/ω² [kg], each with a stiffness of 1 N/m."""
+def unit_frequency(landing: PosedLanding) -> float:
+    """The ω = 1/√m [rad/s] of the mass m that all contacts stop, each with a stiffness of 1 N/m."""
     from shockpc.impact.contact_rows import contact_rows
 
     rows = contact_rows(landing, stands=True)
-    frequency = rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M))))
-    return float(frequency**-2)
+    return rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M))))
 
 
 def step_of_force(landing: PosedLanding) -> str:

@@ -8,12 +8,14 @@ joints reaches a hinge.
 
 import functools
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array
 from shockpc.landing.feet.auto_contact import with_faces_of
+from shockpc.landing.joint_model import JointModel
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.method.constraints import Constraint, slices_of
@@ -23,6 +25,9 @@ from shockpc.text.errors import SceneError
 from shockpc.wings.compliant.links.bent_robot import LEAVE_OUT, FlexibleRobot, flexible_robot
 from shockpc.wings.compliant.links.flexes import Flex, flexes_of
 from shockpc.wings.compliant.links.segments import elastic_frequencies
+
+OF_HINGES = {"drive_stiffness": np.inf, "torque": np.nan}
+"""Values of a joint model for hinges; others are zero."""
 
 
 @frozen(kw_only=True)
@@ -146,25 +151,13 @@ def flexible_landing(
 
 def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
     """A landing on the robot whose links bend. Args: landing, with rigid links."""
-    contacts, joints = len(landing.contacts), landing.joint_model
-    constraints = [
-        _on_segments(flexible, constraint)
-        for constraint in landing.without_stops.constraints[: contacts + len(landing.stance)]
-    ]
-    q, zero = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
-    of_all = flexible.velocities
-    model = joints._replace(
-        armature=of_all(joints.armature),
-        locked=of_all(joints.locked),
-        stiffness=of_all(joints.stiffness) + flexible.stiffness,
-        drive_stiffness=of_all(joints.drive_stiffness, np.inf),
-        rotor=of_all(joints.rotor),
-        unknown=of_all(joints.unknown),
-        torque=of_all(joints.torque, np.nan),
-        low=of_all(joints.low),
-        high=of_all(joints.high),
-        per_turn=of_all(joints.per_turn),
-    )
+    contacts, stance = len(landing.contacts), len(landing.stance)
+    constraints = []
+    for constraint in landing.without_stops.constraints[: contacts + stance]:
+        constraints.append(_on_segments(flexible, constraint))
+    model = _joint_model(landing.joint_model, flexible)
+    q, rates = flexible.configuration(landing.q), np.zeros(landing.robot.model.nv)
+    rates = flexible.velocities(landing.before.joint_rates + rates)
     values = {part.name: getattr(landing, part.name) for part in fields(PosedLanding)}
     values |= {
         "robot": flexible.robot,
@@ -172,12 +165,22 @@ def _bent(landing: PosedLanding, flexible: FlexibleRobot) -> FlexibleLanding:
         "stance": tuple(constraints[contacts:]),
         "loops": tuple(_loop_on_segments(flexible, loop) for loop in landing.loops),
         "joint_model": model,
-        "before": landing.before._replace(joint_rates=of_all(landing.before.joint_rates + zero)),
+        "before": landing.before._replace(joint_rates=rates),
         "q": q,
         "state": dynamics(flexible.robot, q[None], model),
         "acting": (),
     }
     return FlexibleLanding(**values, rigid=landing, flexible=flexible)
+
+
+def _joint_model(model: JointModel, flexible: FlexibleRobot) -> JointModel:
+    """The joint model of a robot whose links bend, with the springs of its hinges."""
+    values: dict[str, Any] = {}
+    for name, value in model._asdict().items():
+        if isinstance(value, np.ndarray):
+            values[name] = flexible.velocities(value, OF_HINGES.get(name, 0.0))
+    values["stiffness"] = values["stiffness"] + flexible.stiffness
+    return model._replace(**values)
 
 
 def _with_springs_as_inertia(landing: FlexibleLanding) -> FlexibleLanding:

@@ -43,10 +43,10 @@ class FlexibleRobot:
         robot: with a body for each segment and a joint for each hinge; the names of both begin with
             "~".
         stiffness: (nv,) of the springs of hinges [N m/rad, N/m]; zero of the other velocities.
-        q: (nq,) where the coordinates of the robot that was given are among those of this one.
+        q: (nq,) where the coordinates of the rigid robot are among those of this one.
         v: (nv,) the same of its velocities.
-        segments: of each body of the robot that was given, the bodies from its joint on; one,
-            unless it bends.
+        segments: of each body of the rigid robot, the bodies from its joint on; one, unless it
+            bends.
         divisions: of each body that bends, by its index.
     """
 
@@ -65,22 +65,22 @@ class FlexibleRobot:
     def body_at(self, body: int, point: Array) -> int:
         """The body that a point moves with.
 
-        Args: body, of the robot that was given, −1 for the world; point (3,) in its frame.
+        Args: body, of the rigid robot, −1 for the world; point (3,) in its frame.
         """
         return body if body < 0 else self.segments[body][_segment(self.divisions, body, point)]
 
     def configuration(self, q: Array) -> Array:
-        """The configuration with straight links. Args: q (nq,) of the robot that was given."""
+        """The configuration with straight links. Args: q (nq,) of the rigid robot."""
         return _straight(self.robot.model, self.q, q)
 
     def velocities(self, values: np.ndarray, of_hinges: float = 0.0) -> np.ndarray:
         """Values (nv,) of all velocities.
 
-        Args: values, of those of the robot that was given; of_hinges, of the hinges.
+        Args: values, of those of the rigid robot; of_hinges, of the hinges.
         """
-        whole = np.full(len(self.stiffness), of_hinges, dtype=values.dtype)
-        whole[self.v] = values
-        return whole
+        of_all = np.full(len(self.stiffness), of_hinges, dtype=values.dtype)
+        of_all[self.v] = values
+        return of_all
 
 
 @memoized(most=8)
@@ -93,13 +93,13 @@ def flexible_robot(
     """A robot of which some links bend.
 
     A link, with all that is fixed to it, bends between its joint and the farthest joint that it
-    carries, foot, or other end that is given. The base, and a link without these, bend along their
+    carries, foot, or further end. The base, and a link without these, bend along their
     longest axis.
 
     Args:
         robot: the robot; it stays as it is.
         links: how they bend, each with its name or a glob; of two that fit a link the latter.
-        ends: further places up to which a body bends: its index, and (3,) in its frame [m].
+        ends: further points up to which a body bends: its index, and (3,) in its frame [m].
         rotors: inertia of each rotor that a link carries [kg m²], with the index of the body that
             it drives.
 
@@ -135,7 +135,7 @@ def flexible_robot(
     built.add_frames()
 
     # In the robot's own postures the links are straight.
-    model, q, v = built.model, *built.places()
+    model, q, v = built.model, *built.indices()
     _copy_values(robot.model, model, q, v)
     start = read_only(_straight(model, q, robot.start))
     relaxed = None
@@ -193,9 +193,9 @@ class _Model:
         robot, old = self._robot, self._robot.model
         joint, parent = robot.bodies[k].joint, robot.parents[k]
         placement = old.jointPlacements[joint]
-        carrier, place = _on_segment(robot, self._divisions, parent, placement)
+        carrier, placement = _on_segment(robot, self._divisions, parent, placement)
         moved_by = self._joints[parent, carrier]
-        number = self.model.addJoint(moved_by, old.joints[joint], place, old.names[joint])
+        number = self.model.addJoint(moved_by, old.joints[joint], placement, old.names[joint])
         self._joints[k, 0] = number
         if k in self._divisions:
             self._add_inertia(number, k, 0)
@@ -205,10 +205,10 @@ class _Model:
     def add_segment(self, k: int, segment: int, flex: Flex, springs: Array) -> None:
         """Add a segment of body k at the hinge before it, with the stiffness of its springs."""
         division, name = self._divisions[k], f"~{k}.{segment}"
-        at = pin.SE3(np.eye(3), division.places[segment - 1])
-        place = _frame(self._robot, self._divisions, k, segment - 1) * at
+        at = pin.SE3(np.eye(3), division.hinges[segment - 1])
+        placement = _frame(self._robot, self._divisions, k, segment - 1) * at
         hinge, names = _hinge(flex, division, name)
-        number = self.model.addJoint(self._joints[k, segment - 1], hinge, place, names)
+        number = self.model.addJoint(self._joints[k, segment - 1], hinge, placement, names)
         self._joints[k, segment] = number
         self._springs[number] = springs
         frame = _frame(self._robot, self._divisions, k, segment)
@@ -230,13 +230,13 @@ class _Model:
         """
         robot = self._robot
         for frame in robot.model.frames[1:]:
-            k, carrier, place = frame.parentJoint - 1, 0, frame.placement
+            k, carrier, placement = frame.parentJoint - 1, 0, frame.placement
             if k < 0 or frame.name != robot.bodies[k].name:
-                carrier, place = _on_segment(robot, self._divisions, k, frame.placement)
+                carrier, placement = _on_segment(robot, self._divisions, k, placement)
             joint = self._joints[k, carrier]
-            self.model.addFrame(pin.Frame(frame.name, joint, 0, place, frame.type), False)
+            self.model.addFrame(pin.Frame(frame.name, joint, 0, placement, frame.type), False)
 
-    def places(self) -> tuple[np.ndarray, np.ndarray]:
+    def indices(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the coordinates (nq,) and velocities (nv,) of the robot in the model."""
         q, v = list[np.ndarray](), list[np.ndarray]()
         for k in range(len(self._robot.bodies)):
@@ -279,13 +279,13 @@ def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -
 
     Their coordinates are at q and their velocities at v in the new model.
     """
-    for where, names in (
+    for indices, names in (
         (q, ("lowerPositionLimit", "upperPositionLimit")),
         (v, ("armature", "damping")),
     ):
         for name in names:
             values = np.array(getattr(new, name))
-            values[where] = getattr(old, name)
+            values[indices] = getattr(old, name)
             setattr(new, name, values)
 
 
@@ -307,11 +307,11 @@ def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[in
         waiting += carried.pop(waiting.pop(), [])[::-1]
 
 
-def _straight(model: pin.Model, where: np.ndarray, q: Array) -> Array:
-    """The configuration with straight links, of which coordinates at some places are q."""
-    whole = pin.neutral(model)
-    whole[where] = q
-    return np.asarray(whole)
+def _straight(model: pin.Model, indices: np.ndarray, q: Array) -> Array:
+    """The configuration with straight links, whose coordinates at some indices are q."""
+    configuration = pin.neutral(model)
+    configuration[indices] = q
+    return np.asarray(configuration)
 
 
 def _segment(divisions: Mapping[int, Division], body: int, point: Array) -> int:
@@ -327,23 +327,23 @@ def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: 
     """The frame of a body in that of the joint, or hinge, that moves a segment."""
     if segment == 0:
         return pin.SE3(robot.bodies[body].rotation, robot.bodies[body].offset)
-    return pin.SE3(np.eye(3), -divisions[body].places[segment - 1])
+    return pin.SE3(np.eye(3), -divisions[body].hinges[segment - 1])
 
 
 def _on_segment(
-    robot: Robot, divisions: Mapping[int, Division], body: int, place: pin.SE3
+    robot: Robot, divisions: Mapping[int, Division], body: int, placement: pin.SE3
 ) -> tuple[int, pin.SE3]:
-    """The segment that carries what is at a place of a body, and that place in the segment's frame.
+    """The segment that carries what has a placement on a body, and the placement on that segment.
 
-    The place is in the frame of the body's joint, the result in that of the segment's joint or
+    The placement is in the frame of the body's joint, the result in that of the segment's joint or
     hinge.
     """
     if body not in divisions:
-        return 0, place
-    inside = _frame(robot, divisions, body, 0).actInv(place)
+        return 0, placement
+    inside = _frame(robot, divisions, body, 0).actInv(placement)
     segment = _segment(divisions, body, inside.translation)
     if segment == 0:
-        return 0, place
+        return 0, placement
     return segment, _frame(robot, divisions, body, segment) * inside
 
 
@@ -364,7 +364,7 @@ def _hinge(flex: Flex, division: Division, name: str) -> tuple[pin.JointModelCom
 def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]:
     """Points where a body begins to bend and where it ends, in its frame [m].
 
-    Args: ends, places of it besides joints and feet.
+    Args: ends, points of it besides joints and feet.
     """
     link = robot.bodies[body]
     fault = inertia_fault(link.mass, link.inertia) if link.mass > 0.0 else "it has no mass"
@@ -375,9 +375,8 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
         )
     frame = _frame(robot, {}, body, 0)
     start = frame.actInv(np.zeros(3))
-    places = _carried(robot, body, frame)
-    places += ends
-    end = max(places, key=lambda point: float(np.linalg.norm(point - start)), default=start)
+    points = [*_carried(robot, body, frame), *ends]
+    end = max(points, key=lambda point: float(np.linalg.norm(point - start)), default=start)
     long = np.linalg.norm(end - start) > SHORT * robot.gyration[body]
     if long and robot.joints[body].kind != "free":
         return start, np.asarray(end)
@@ -392,15 +391,15 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
 
 def _carried(robot: Robot, body: int, frame: pin.SE3) -> list[Array]:
     """Joints and feet on a body, (3,) each in its frame [m]."""
-    places = []
+    points = []
     for k, parent in enumerate(robot.parents):
         if parent == body:
             joint = robot.model.jointPlacements[robot.bodies[k].joint]
-            places.append(frame.actInv(joint.translation))
+            points.append(frame.actInv(joint.translation))
     for name in feet(robot):
         if robot.frames[name].body == body:
-            places.append(robot.frames[name].offset)
-    return places
+            points.append(robot.frames[name].offset)
+    return points
 
 
 def _with_rotor(

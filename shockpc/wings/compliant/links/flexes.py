@@ -46,13 +46,17 @@ class Flex(NamedTuple):
         """The number of springs in its hinges."""
         return self.hinges * (2 + (self.EA is not None) + (self.GJ is not None))
 
+    @property
+    def _stiffnesses(self) -> dict[str, float]:
+        """The stiffnesses that it has, by name."""
+        values = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ}
+        return {name: value for name, value in values.items() if value is not None}
+
     def scaled(self, factor: float) -> "Flex":
         """The link with all its stiffnesses multiplied by a factor."""
-        given = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ}
         scaled: dict[str, Any] = {}
-        for name, value in given.items():
-            if value is not None:
-                scaled[name] = factor * value
+        for name, value in self._stiffnesses.items():
+            scaled[name] = factor * value
         if self.frequency is not None:
             scaled["frequency"] = math.sqrt(factor) * self.frequency
         return self._replace(**scaled)
@@ -62,8 +66,7 @@ class Flex(NamedTuple):
         if self.frequency is not None:
             held = "clamped" if self.clamped else "free"
             parts.append(f"{self.frequency!r}Hz:{held}")
-        stiffness = {"EI": self.EI, "EA": self.EA, "GJ": self.GJ}
-        parts += [f"{name}:{value!r}" for name, value in stiffness.items() if value is not None]
+        parts += [f"{name}:{value!r}" for name, value in self._stiffnesses.items()]
         if self.hinges != HINGES:
             parts.append(f"hinges:{self.hinges!r}")
         return ",".join(parts)
@@ -101,9 +104,9 @@ def flex_from(text: str) -> Flex:
             raise ValueError(
                 f'"{part}" says nothing of how a link bends; valid are {FORMS}{limits}'
             )
-    given = [kind for kind in kinds if kind in ("EI", "tube", "frequency")]
-    if len(given) != 1:
-        which = f"{' and '.join(given)} are given" if given else "none is given"
+    of_bending = [kind for kind in kinds if kind in ("EI", "tube", "frequency")]
+    if len(of_bending) != 1:
+        which = f"{' and '.join(of_bending)} are given" if of_bending else "none is given"
         raise ValueError(
             f'"{text}": one of EI, tube and frequency says how a link bends, but {which}; valid '
             f"are {FORMS}"
@@ -162,16 +165,16 @@ def _positive(text: str, number: str, units: Mapping[str, float] = NO_UNIT) -> f
     return value
 
 
-def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
+def flexes_of(texts: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
     """Bending of links, each with its pattern.
 
-    Args: given, of a scene.
+    Args: texts, of a scene, by pattern.
 
     Raises:
         SceneError: a text says nothing of it.
     """
     flexes = []
-    for pattern, text in given.items():
+    for pattern, text in texts.items():
         try:
             flexes.append((pattern, flex_from(text)))
         except ValueError as refusal:

@@ -36,7 +36,7 @@ class Division(NamedTuple):
     Attributes:
         axis: (3,) unit vector from the joint along the body.
         along: (n,) how far the hinges are along it, from the origin of the frame [m].
-        places: (n, 3) the hinges [m].
+        hinges: (n, 3) the hinges [m].
         spacing: length of the body that each hinge stands for [m].
         mass: (n + 1,) of the segments [kg].
         com: (n + 1, 3) their centres of mass [m].
@@ -45,7 +45,7 @@ class Division(NamedTuple):
 
     axis: Array
     along: Array
-    places: Array
+    hinges: Array
     spacing: float
     mass: Array
     com: Array
@@ -78,34 +78,55 @@ def divide(
     length = float(np.linalg.norm(end - start))
     axis, spacing = (end - start) / length, length / hinges
     along = spacing * (np.arange(hinges) + 0.5)
+    body = _along_axis(mass, com, inertia, start, axis)
+    if not body.variance > 1e-9 * length**2:
+        raise ValueError("has no mass, or no extent along its axis")
+    line = _line(body.centre, body.variance, length)
+    segments = []
+    for low, high in itertools.pairwise([-np.inf, *along.tolist(), np.inf]):
+        share, middle, variance = _moments(line, low, high)
+        # I = tr(S) 1 − S of the second moments S, along the line of the centres and across it.
+        S = mass * share * (variance * np.outer(body.slope, body.slope) + body.across)
+        centre = com + body.slope * (middle - body.centre)
+        segments.append((mass * share, centre, np.trace(S) * np.eye(3) - S))
+    masses, coms, inertias = map(np.array, zip(*segments, strict=True))
+    hinge_points = start + along[:, None] * axis
+    return Division(axis, hinge_points @ axis, hinge_points, spacing, masses, coms, inertias)
+
+
+class _AlongAxis(NamedTuple):
+    """The mass of a body along an axis, and what is across it.
+
+    Attributes:
+        centre: of mass, from the start of the axis [m].
+        variance: of the mass along the axis [m²].
+        slope: (3,) of the line on which the centres of mass of segments lie, which leaves the
+            products of inertia as they are; 1 along the axis.
+        across: (3, 3) second moments across that line, over the mass [m²].
+    """
+
+    centre: float
+    variance: float
+    slope: Array
+    across: Array
+
+
+def _along_axis(mass: float, com: Array, inertia: Array, start: Array, axis: Array) -> _AlongAxis:
+    """The mass of a body along an axis. Args: as of `divide`, and the unit vector of the axis."""
     # Second moments of the mass ∫ r rᵀ dm / m = (½ tr(I) 1 − I) / m
     second = np.zeros((3, 3))
     if mass > 0.0:
         second = (0.5 * np.trace(inertia) * np.eye(3) - inertia) / mass
-    centre, variance = float(axis @ (com - start)), float(axis @ second @ axis)
-    if not variance > 1e-9 * length**2:
-        raise ValueError("has no mass, or no extent along its axis")
-    # The line on which the centres of mass lie, which leaves the products of inertia as they are,
-    # and what is across it.
-    slope = second @ axis / variance
+    variance = float(axis @ second @ axis)
+    slope = np.zeros(3)
+    if variance > 0.0:
+        slope = second @ axis / variance
     across = second - variance * np.outer(slope, slope)
-
-    line = _line(centre, variance, length)
-    masses, coms, inertias = [], [], []
-    for low, high in itertools.pairwise([-np.inf, *along.tolist(), np.inf]):
-        share, middle, spread = _moments(line, low, high)
-        masses.append(mass * share)
-        coms.append(com + slope * (middle - centre))
-        # I = tr(S) 1 − S of the second moments S, along the line of the centres and across it.
-        of_segment = mass * share * (spread * np.outer(slope, slope) + across)
-        inertias.append(np.trace(of_segment) * np.eye(3) - of_segment)
-    places = start + along[:, None] * axis
-    parts = np.array(masses), np.array(coms), np.array(inertias)
-    return Division(axis, places @ axis, places, spacing, *parts)
+    return _AlongAxis(float(axis @ (com - start)), variance, slope, across)
 
 
 def _moments(line: Array, low: float, high: float) -> tuple[float, float, float]:
-    """Share of the mass of a line between two places, its middle [m] and variance [m²].
+    """Share of the mass of a line between two points, its middle [m] and variance [m²].
 
     Args: line, rows as of `_line`.
     """
@@ -164,7 +185,7 @@ def chain_inertia(division: Division) -> Array:
     It is that of its twist (ω, v at the origin), then of the angles of its hinges.
     """
     n, across = len(division.along), division.across
-    axes, places = np.tile(across, (n, 1)), np.repeat(division.places, 2, axis=0)
+    axes, hinges = np.tile(across, (n, 1)), np.repeat(division.hinges, 2, axis=0)
     M = np.zeros((6 + 2 * n, 6 + 2 * n))
     for k, (m, com, inertia) in enumerate(
         zip(division.mass, division.com, division.inertia, strict=True)
@@ -172,7 +193,7 @@ def chain_inertia(division: Division) -> Array:
         carried = (np.arange(2 * n) < 2 * k)[:, None]
         omega = np.concatenate([np.eye(3), np.zeros((3, 3)), np.where(carried, axes, 0.0)])
         v = np.concatenate(
-            [cross_matrix(com), np.eye(3), np.where(carried, np.cross(axes, com - places), 0.0)]
+            [cross_matrix(com), np.eye(3), np.where(carried, np.cross(axes, com - hinges), 0.0)]
         )
         M += omega @ inertia @ omega.T + m * v @ v.T
     return M

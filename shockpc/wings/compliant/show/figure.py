@@ -6,7 +6,7 @@ It has forces, accelerations and torques.
 from collections.abc import Sequence
 from dataclasses import replace
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,15 +18,21 @@ from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.quantities.of_points import DELTA_V, low_passes
-from shockpc.quantities.parts.peaks import ALONG
-from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import robot_name
 from shockpc.text.printed import count, printable
-from shockpc.wings.compliant.of_profile import compliant_of
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding, compliant_landing
 from shockpc.wings.compliant.over_time.spectra import DAMPING, SPECTRUM, spectrum
+from shockpc.wings.compliant.show.histories import moving_points
+from shockpc.wings.compliant.show.panels import (
+    ACCELERATION,
+    Panel,
+    events_of,
+    normal_forces,
+    panels_of,
+    times_of,
+)
 
 CURVES_SHOWN, SMALL = 6, 0.05
 """Most curves of a panel, and smallest peak of them as a share of the largest.
@@ -34,12 +40,8 @@ CURVES_SHOWN, SMALL = 6, 0.05
 The curves are those of the largest peaks.
 """
 
-MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
-"""Most events that are written, their least distance in time, and least step of a force.
-
-The distance is a share of the duration, the step, at an event along the ground, one of the largest
-force.
-"""
+MOST_EVENTS = 8
+"""Most events that are written."""
 
 AFTER, BEYOND = 0.03, 1.5
 """Time that is shown after the end, and that for peaks of readings.
@@ -56,21 +58,8 @@ LETTER, LINE, LETTERS = 4.3, 9.5, 120
 Width and height are those over the first panel.
 """
 
-HAPPENS = {
-    "unloads": "compression ends",
-    "reloads": "compressed further",
-    "reverses": "force reverses",
-    "slips": "slips",
-    "opens": "opens",
-    "closes": "closes",
-}
-"""Events of a contact, in words."""
-
 SAMPLES = 600
 """Times of a curve."""
-
-ACCELERATION = "acceleration [g]"
-"""Heading of a panel."""
 
 
 def draw_time(profile: ShockProfile) -> Figure:
@@ -78,30 +67,32 @@ def draw_time(profile: ShockProfile) -> Figure:
 
     Those of rigid links are drawn too.
     """
-    compliant = _compliant(profile)
+    compliant = compliant_landing(profile.landing)
     figure = new_chart(7.2, 5.4, f"{_landing_text(profile)}, over time")
-    t = _times(compliant)
-    panels = _panels(profile, compliant, t)
+    t = times_of(compliant)
+    panels = panels_of(profile, compliant, t)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
 
     # The same landing with rigid links shows what bending changes.
     of_rigid: list[Array | None] = [None] * len(panels)
     if profile.scene.flex:
         landing = replace(profile.landing, scene=replace(profile.landing.scene, flex={}))
-        of_rigid = [panel.curves for panel in _panels(profile, compliant_landing(landing), t)]
+        of_rigid = [panel.curves for panel in panels_of(profile, compliant_landing(landing), t)]
 
-    points = _moving_points(profile)
+    points = moving_points(profile.places("point"))
     filters = low_passes(profile.landing, points)
     for axes, panel, rigid in zip(rows, panels, of_rigid, strict=True):
         _plot(axes, 1e3 * t, panel, rigid)
         if panel.heading == ACCELERATION:
             _plot_readings(axes, compliant, points, filters)
-    _plot_normal_forces(rows[0], profile, compliant, t)
+    for k, force in enumerate(normal_forces(profile, compliant, t).T):
+        colour = CURVES[k % len(CURVES)]
+        rows[0].plot(1e3 * t, force, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     rows[-1].set_xlabel("time after touchdown [ms]")
     end = _last_shown(compliant, points, filters)
     rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
 
-    left_out = _write_events(list(rows), _events(profile, compliant))
+    left_out = _write_events(list(rows), events_of(profile, compliant))
     # The line below the figure explains only what is drawn.
     words = ["dashed: along the normal", "dotted: what happens to a contact"]
     if any(filters):
@@ -113,38 +104,6 @@ def draw_time(profile: ShockProfile) -> Figure:
     words.append("frozen geometry, double precision")
     figure.supxlabel(fill("; ".join(words), LETTERS), fontsize=7.0, x=0.02, ha="left")
     return figure
-
-
-class _Panel(NamedTuple):
-    """Curves over time.
-
-    Attributes:
-        heading: of the ordinate, with the unit.
-        names: of the curves.
-        curves: (n, T); NaN after the end, of which the last time is the instant.
-    """
-
-    heading: str
-    names: list[str]
-    curves: Array
-
-
-def _moving_points(profile: ShockProfile) -> list[Place]:
-    """The points that are on a body."""
-    return [place for place in profile.places("point") if place.body >= 0]
-
-
-def _times(compliant: CompliantLanding) -> Array:
-    """The times (T,) of the curves [s]: both sides of all events, and the end twice.
-
-    At the end all contacts are open, and without restitution the force drops to zero in that
-    instant; without springs in joints, all else with it.
-    """
-    motion = compliant.motion
-    ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
-    even = np.linspace(0.0, motion.duration, SAMPLES)
-    t = np.unique(np.concatenate([even, ends, np.nextafter(ends, np.inf)]).clip(0.0, ends[-1]))
-    return np.append(t, t[-1])
 
 
 def _last_shown(
@@ -160,65 +119,6 @@ def _last_shown(
             _, times = compliant.peaks(DELTA_V.compute, [place], low_pass)
             last = max(last, BEYOND * float(times[0]))
     return last
-
-
-def _forces(compliant: CompliantLanding, t: Array) -> Array:
-    """Forces (T, r) of the elements at times (T,), of which the last is after the end."""
-    force = compliant.motion.at(t).force
-    force[-1] *= not compliant.motion.separated
-    return force
-
-
-def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> list[_Panel]:
-    """The panels of forces, accelerations and torques at times (T,)."""
-    panels = [_force_panel(profile, compliant, t)]
-    points = _moving_points(profile)
-    if points:
-        values = _history(compliant, DELTA_V, points, t)
-        sizes = np.linalg.norm(values, axis=2) / GRAVITY
-        panels.append(_Panel(ACCELERATION, [place.name for place in points], sizes.T))
-    acting = profile.value("peak_torque", "joint") > 0.0
-    joints = [place for place, acts in zip(profile.places("joint"), acting, strict=True) if acts]
-    if joints:
-        values = _history(compliant, ALONG, profile.places("joint"), t)
-        torques = values[:, acting, 0]
-        panels.append(_Panel("torque [N m, N]", [place.name for place in joints], torques.T))
-    for panel in panels:
-        panel.curves[:, t > compliant.motion.duration] = np.nan
-    return panels
-
-
-def _force_panel(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> _Panel:
-    """The forces of the contacts."""
-    force, contacts = _forces(compliant, t), profile.landing.contacts
-    sizes = []
-    for c in range(len(contacts)):
-        of_contact = force[:, compliant.number == c]
-        sizes.append(np.linalg.norm(of_contact, axis=1))
-    unit = "N, N m" if any(block.kind == "stop" for block in contacts) else "N"
-    names = [place.name for place in profile.places("contact")]
-    return _Panel(f"force [{unit}]", names, np.array(sizes))
-
-
-def _history(
-    compliant: CompliantLanding, quantity: Quantity, places: Sequence[Place], t: Array
-) -> Array:
-    """A quantity (T, n, k) at times (T,), of which the last is after the end."""
-    values = compliant.history(quantity.compute, places, t)
-    at_rest = compliant.motion.separated and bool((compliant.number >= 0).all())
-    values[-1] *= not at_rest
-    return values
-
-
-def _plot_normal_forces(
-    axes: Axes, profile: ShockProfile, compliant: CompliantLanding, t: Array
-) -> None:
-    """Draw the parts of the forces along the normals, dashed."""
-    of_contacts = compliant.number < len(profile.landing.contacts)
-    normal = _forces(compliant, t)[:, compliant.motion.elements.normal & of_contacts]
-    for k, force in enumerate(normal.T):
-        colour = CURVES[k % len(CURVES)]
-        axes.plot(1e3 * t, force, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
 
 
 def _plot_readings(
@@ -242,78 +142,42 @@ def _plot_readings(
         axes.plot(1e3 * t, read, color=colour, linewidth=1.2, linestyle="dashdot")
 
 
-def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
-    """Events of contacts, (time [s], text): at their normals, and along the ground.
-
-    Along the ground an event is a visible step of a force.
-
-    What happens at almost the same time is one text.
-    """
-    motion, landing = compliant.motion, profile.landing
-    # The numbers of contacts come first, then those of further end stops.
-    stops = [contact.frame for contact in landing.acting][len(landing.contact_places) :]
-    names = [*(place.name for place in profile.places("contact")), *stops]
-    several = len(set(compliant.number[compliant.number >= 0].tolist())) > 1
-    times = np.array([event.time for event in motion.events])
-    # Elements along the ground change often; only steps that the figure shows are named.
-    least_step = STEP * float(np.abs(motion.at(times).force).max(initial=0.0))
-    events: list[tuple[float, list[str]]] = []
-    for event in motion.events:
-        contact = int(compliant.number[event.element])
-        normal = bool(motion.elements.normal[event.element])
-        # Just before the event, and just after it.
-        around = np.array([event.time, np.nextafter(event.time, np.inf)])
-        before, after = motion.at(around).force[:, event.element]
-        visible = normal or abs(after - before) > least_step
-        if contact < 0 or not visible:
-            continue
-        text = HAPPENS[event.kind]
-        if not normal and event.kind != "slips":
-            text += " along the ground"
-        if several:
-            text = f"{printable(names[contact], 20)} {text}"
-        is_apart = True
-        if events:
-            is_apart = event.time - events[-1][0] > SAME_TIME * motion.duration
-        if is_apart:
-            events.append((event.time, []))
-        if text not in events[-1][1]:
-            events[-1][1].append(text)
-    return [(time, ", ".join(texts)) for time, texts in events]
-
-
 def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> int:
     """Mark events in all panels and write them over the first one; returns how many are left.
 
     None is written over another.
     """
-    low, high = rows[0].get_xlim()
-    width = 72.0 * ROOM
     lines: list[list[tuple[float, float]]] = []
-    shown = events[:MOST_EVENTS]
-    for time, text in shown:
+    written = events[:MOST_EVENTS]
+    for time, text in written:
         for axes in rows:
             axes.axvline(1e3 * time, color=INK, linewidth=0.6, linestyle=":")
-        at = width * (1e3 * time - low) / (high - low)
-        length = LETTER * len(text)
-        left = min(max(at - length / 2.0, 0.0), width - length)
-        line = _free_line(lines, left, left + length)
-        side, x = "center", 1e3 * time
-        if left == 0.0:
-            side, x = "left", low
-        elif left == width - length:
-            side, x = "right", high
-        rows[0].annotate(
-            text,
-            (x, 1.0),
-            (0.0, 3.0 + LINE * line),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha=side,
-            va="bottom",
-            fontsize=7.0,
-        )
-    return len(events) - len(shown)
+        _write_event(rows[0], 1e3 * time, text, lines)
+    return len(events) - len(written)
+
+
+def _write_event(axes: Axes, x: float, text: str, lines: list[list[tuple[float, float]]]) -> None:
+    """Write an event over a panel, at an abscissa x, in the first line with room."""
+    low, high = axes.get_xlim()
+    width, length = 72.0 * ROOM, LETTER * len(text)
+    left = width * (x - low) / (high - low) - length / 2.0
+    left = min(max(left, 0.0), width - length)
+    line = _free_line(lines, left, left + length)
+    side = "center"
+    if left == 0.0:
+        side, x = "left", low
+    elif left == width - length:
+        side, x = "right", high
+    axes.annotate(
+        text,
+        (x, 1.0),
+        (0.0, 3.0 + LINE * line),
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        ha=side,
+        va="bottom",
+        fontsize=7.0,
+    )
 
 
 def _free_line(lines: list[list[tuple[float, float]]], left: float, right: float) -> int:
@@ -329,7 +193,8 @@ def _free_line(lines: list[list[tuple[float, float]]], left: float, right: float
 
 def draw_spectrum(profile: ShockProfile) -> Figure:
     """Draw the shock response spectrum of each point, without damping and with 5 %."""
-    compliant, points = _compliant(profile), _moving_points(profile)
+    compliant = compliant_landing(profile.landing)
+    points = moving_points(profile.places("point"))
     filters = low_passes(profile.landing, points)
     figure = new_chart(7.2, 3.8, f"Shock response spectrum, {_landing_text(profile)}")
     axes = figure.add_subplot(
@@ -340,8 +205,8 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
     )
     for style, damping in zip(("solid", "dashed"), DAMPING, strict=True):
         response = spectrum(compliant, DELTA_V.compute, points, damping) / GRAVITY
-        shown = zip(points, filters, response.T, CURVES, strict=False)
-        for place, low_pass, raw, colour in shown:
+        named = zip(points, filters, response.T, CURVES, strict=False)
+        for place, low_pass, raw, colour in named:
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             line: dict[str, Any] = {"color": colour, "linestyle": style}
             axes.plot(SPECTRUM, raw, **line, linewidth=1.1, label=label)
@@ -362,14 +227,7 @@ def _landing_text(profile: ShockProfile) -> str:
     return f"{robot_name(profile.robot)} landing on {printable(contact_name(profile.scene), 60)}"
 
 
-def _compliant(profile: ShockProfile) -> CompliantLanding:
-    """The landing over time."""
-    compliant = compliant_of(profile)
-    assert compliant is not None
-    return compliant
-
-
-def _plot(axes: Axes, t: Array, panel: _Panel, rigid: Array | None) -> None:
+def _plot(axes: Axes, t: Array, panel: Panel, rigid: Array | None) -> None:
     """Draw the curves of the largest peaks, each with its name beside the panel.
 
     Equal ones are all seen then.

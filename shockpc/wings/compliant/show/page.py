@@ -7,7 +7,11 @@ import numpy as np
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.html.charts import history
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
-from shockpc.wings.compliant.show.histories import contact_forces, point_accelerations
+from shockpc.wings.compliant.show.histories import (
+    contact_forces,
+    moving_points,
+    point_accelerations,
+)
 
 SAMPLES = 400
 """Times of a curve."""
@@ -20,10 +24,10 @@ def force_and_acceleration(
     times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
     contacts = profile.places("contact")[: len(profile.contacts)]
     forces = zip((place.name for place in contacts), contact_forces(compliant, times), strict=True)
-    shown = [history("force of a contact [N]", times, forces)]
-    points = [place for place in profile.landing.points if place.body >= 0]
+    panels = [history("force of a contact [N]", times, forces)]
+    points = moving_points(profile.landing.points)
     if points:
         accelerations = point_accelerations(compliant, points, times)
         named = zip((place.name for place in points), accelerations, strict=True)
-        shown.append(history("acceleration of a point [g]", times, named))
-    return shown
+        panels.append(history("acceleration of a point [g]", times, named))
+    return panels

@@ -120,16 +120,16 @@ def overlay(profile: ShockProfile) -> tuple[list[Array], str]:
     compliant = compliant_of(profile)
     if compliant is None or not profile.scene.flex:
         return [], ""
-    from shockpc.wings.compliant.show.drawing import bent_axes
+    from shockpc.wings.compliant.show.bent_links import bent_axes
 
     return bent_axes(profile, compliant)
 
 
 def beyond_report() -> Report:
     """The report of `shockpc paper --beyond`: what the rigid answer of the paper is off by."""
-    from shockpc.wings.compliant.beyond import report
+    from shockpc.wings.compliant.beyond.report import bending_report
 
-    return report.beyond_report()
+    return bending_report()
 
 
 def _difference_lines(profile: ShockProfile) -> list[str]:
