@@ -30,10 +30,10 @@ def frozen(*, kw_only: bool = False) -> Callable[[type[R]], type[R]]:
 
 
 def _set_once(record: Any, name: str, value: Any) -> None:
-    given = vars(record)
-    if name in given or name not in record.__dataclass_fields__:
+    values = vars(record)
+    if name in values or name not in record.__dataclass_fields__:
         _refuse(record, name)
-    given[name] = value
+    values[name] = value
 
 
 def _refuse(record: Any, name: str) -> NoReturn:

@@ -38,12 +38,12 @@ def memoized(
 
     def decorate(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
         @functools.wraps(compute)
-        def remembered(owner: Owner, /, *args: P.args, **given: P.kwargs) -> T:
+        def remembered(owner: Owner, /, *args: P.args, **kwargs: P.kwargs) -> T:
             results: dict[Any, T] = vars(owner).setdefault("_memo", _Memo()).setdefault(compute, {})
-            key = args, *given.items()
+            key = args, *kwargs.items()
             if key in results:
                 return results[key]
-            value = compute(owner, *args, **given)
+            value = compute(owner, *args, **kwargs)
             freeze(value)
             results[key] = value
             for oldest in () if most is None else list(results)[:-most]:

@@ -37,16 +37,16 @@ def motion_before(
     Raises:
         SceneError: the base, a rail or a loop does not allow it.
     """
-    rates, given = rates_of(robot, scene, joints)
+    rates, fixed = rates_of(robot, scene, joints)
     velocity = scene.strike.vector(plane)
     rail = _rail(robot, scene, contacts, state)
     if rail is not None:
         velocity = np.zeros(3)
         rates[rail] = _fall_along(robot, scene, rail, state)
-        given[rail] = True
+        fixed[rail] = True
     if loops and rates.any():
         closures = [closure_constraint(loop) for loop in loops]
-        rates = with_loops(robot, state, closures, rates, given, plane)
+        rates = with_loops(robot, state, closures, rates, fixed, plane)
     return Motion(velocity, _rotation(scene, plane), rates)
 
 
@@ -117,12 +117,12 @@ def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float
     height = strike.drop_height or 0.0
     lift = mass_lifted(robot, state)[rail]
     name = _joint_at(robot, rail).name
-    given: list[str] = []
+    named: list[str] = []
     for pattern in strike.joint_velocities:
-        given += [joint.name for joint in settable_joints(robot, pattern)]
-    if name in given or strike.strike_angle_deg or strike.forward_speed:
+        named += [joint.name for joint in settable_joints(robot, pattern)]
+    if name in named or strike.strike_angle_deg or strike.forward_speed:
         both = "that rate, or the drop height"
-        if name not in given:
+        if name not in named:
             both = "the strike angle and the forward speed"
         raise SceneError(
             f'the robot falls along its rail "{name}", whose rate follows from the drop height; '
@@ -139,20 +139,20 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
     Followers move with their leaders.
     """
     rates = np.zeros(robot.model.nv)
-    given = joints.locked.copy()
-    given[:6] |= robot.free_base
+    fixed = joints.locked.copy()
+    fixed[:6] |= robot.free_base
     for pattern, rate in scene.strike.joint_velocities.items():
         for joint in settable_joints(robot, pattern):
             rates[joint.v] = rate
-            given[joint.v] = True
+            fixed[joint.v] = True
     for mimic in robot.mimics:
         # A follower never moves by itself, so its rate is as good as given.
         follower = robot.joint(mimic.joint).v
-        given[follower] = True
+        fixed[follower] = True
         rates[follower] = 0.0
         for leader, multiplier in mimic.leaders.items():
             rates[follower] += multiplier * rates[robot.joint(leader).v]
-    return rates, given
+    return rates, fixed
 
 
 def with_loops(
@@ -160,7 +160,7 @@ def with_loops(
     state: Dynamics,
     constraints: list[Constraint],
     rates: Array,
-    given: np.ndarray,
+    fixed: np.ndarray,
     plane: Plane,
 ) -> Array:
     """The rates (nv,) with which the loops stay closed while the given ones stay.
@@ -171,8 +171,8 @@ def with_loops(
         SceneError: the given ones open a loop.
     """
     K = row_jacobian(state, constraints)[0]
-    if not given.all():
-        free = movable_columns(robot, "fixed", plane, state.rotation[:, 0], given)
+    if not fixed.all():
+        free = movable_columns(robot, "fixed", plane, state.rotation[:, 0], fixed)
         G = np.eye(len(rates)) if free is None else free[0]
         # K (q̇ + G x) = 0 with the smallest x
         x = np.linalg.lstsq(K @ G, -K @ rates, rcond=1e-10)[0]

@@ -290,12 +290,12 @@ def first_contact(robot: Robot, texts: Iterable[str]) -> str:
 
     It is the first that is not empty if none does.
     """
-    given = list(dict.fromkeys(filter(str.strip, texts)))
-    for text in given:
+    distinct = list(dict.fromkeys(filter(str.strip, texts)))
+    for text in distinct:
         with contextlib.suppress(ShockError):
             if len(landing_frames(robot, text)) == 1:
                 return text
-    return next(iter(given), "")
+    return next(iter(distinct), "")
 
 
 def check_holds_normal(contact: Contact, constraint: Constraint, option: str) -> None:

@@ -161,12 +161,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     """
     _refuse_free_with_inertias(joints)
     drives = _drives(robot, joints)
-    given = _given(robot, joints)
+    of_scene = _given(robot, joints)
     known = _Known(robot, joints.model == "free", joints.drives == "none")
     # In this order, because each step replaces what earlier ones gave.
     for name, drive in drives.by_joint.items():
         known.take(name, drive, drive.status or "given", drive.source or drives.label)
-    for pattern, drive in given:
+    for pattern, drive in of_scene:
         known.take(pattern, drive, "given", "the scene")
     if joints.carried:
         known.carry_rotors()
@@ -175,7 +175,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     torque = np.full(robot.model.nv, np.nan)
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    locked = _locked(robot, joints, [pattern for pattern, _ in given])
+    locked = _locked(robot, joints, [pattern for pattern, _ in of_scene])
     model = known.model(locked, torque, joints.model == "rigid")
     _refuse_split_followers(robot, model.locked)
 
@@ -192,7 +192,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
     # A joint whose values the scene gives has none of the drives' values.
     of_drives = robot.velocities(drives.by_joint)
-    for pattern, _ in given:
+    for pattern, _ in of_scene:
         of_drives[_velocities(robot, pattern)] = False
     name = _named(model.armature[driven], model.locked[driven])
     label = ""
@@ -384,17 +384,17 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
         UnknownName: a pattern fits no joint.
         SceneError: as for `joint_model`.
     """
-    given: list[tuple[str, Drive]] = []
+    drives: list[tuple[str, Drive]] = []
     with_armature: list[set[str]] = []
     for pattern, inertia in joints.armature.items():
-        given.append((pattern, Drive(joint=(pattern,), armature=inertia)))
+        drives.append((pattern, Drive(joint=(pattern,), armature=inertia)))
         with_armature.append(set(_driven(robot, pattern)))
     for pattern, rotor in joints.rotor.items():
         _refuse_armature_and_rotor(robot, set(_driven(robot, pattern)), with_armature)
-        given += _rotor_drives(robot, pattern, rotor)
-    for pattern, drive in given:
+        drives += _rotor_drives(robot, pattern, rotor)
+    for pattern, drive in drives:
         _refuse_inertia(pattern, drive)
-    return given
+    return drives
 
 
 def _refuse_armature_and_rotor(
@@ -405,9 +405,9 @@ def _refuse_armature_and_rotor(
     A rotor of one joint is an exception to an armature of several; else it is not clear which is
     meant.
     """
-    for others in with_armature:
-        both = names & others
-        if both and not names < others:
+    for joints_with_armature in with_armature:
+        both = names & joints_with_armature
+        if both and not names < joints_with_armature:
             name = next(name for name in robot.joint_names if name in both)
             raise SceneError(
                 f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of '
@@ -456,10 +456,10 @@ def _refuse_inertia(pattern: str, drive: Drive) -> None:
         "rotor inertia": drive.rotor_inertia,
         "gear ratio": drive.gear_ratio,
     }
-    for what, number in numbers.items():
+    for quantity, number in numbers.items():
         fault = "" if number is None else interval_fault(number)
         if fault:
-            raise SceneError(f'the {what} of "{pattern}" {fault}', joints=[pattern])
+            raise SceneError(f'the {quantity} of "{pattern}" {fault}', joints=[pattern])
     inertia = drive.reflected or 0.0
     low, high = drive.interval
     if not (inertia > 0.0 and 0.0 <= low <= high <= LARGEST_NUMBER):
@@ -519,10 +519,10 @@ def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
     return read_drive_file(path)
 
 
-def _positive(what: str, pattern: str, value: float) -> float:
+def _positive(subject: str, pattern: str, value: float) -> float:
     if not 0.0 < value <= LARGEST_NUMBER:
         raise SceneError(
-            f'{what} "{pattern}" is {value:g}; it has to be above zero and at most '
+            f'{subject} "{pattern}" is {value:g}; it has to be above zero and at most '
             f"{LARGEST_NUMBER:g}",
             joints=[pattern],
         )

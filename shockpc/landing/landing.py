@@ -194,7 +194,7 @@ class Landing:
         base_free = self.base == "free" or not self.robot.free_base
         joints_free = not self.robot.mimics and not self.joint_model.locked.any()
         free = base_free and joints_free
-        for needless, what, why in (
+        for needless, part, why in (
             (not self.loops, "closure rows and assembly", "nothing closes a loop"),
             (free, "reduction to free velocities (Eq. 7)", "every joint velocity is free"),
             (not self.joint_model.armature.any(), "reflected inertia", "no joint has any"),
@@ -208,7 +208,7 @@ class Landing:
             ),
         ):
             if needless:
-                trace.skip(what, why)
+                trace.skip(part, why)
 
 
 @frozen()

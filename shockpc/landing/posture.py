@@ -137,11 +137,11 @@ def configuration(
                 joint.set(number, q)
     for ball, turned in posture.joint_quaternions.items():
         _set_several(robot, robot.joint(ball), turned, "xyzw", q)
-    for pattern, given in (joints or {}).items():
-        if np.ndim(given):
-            _set_several(robot, robot.joint(pattern), given, quaternion, q)
+    for pattern, coordinates in (joints or {}).items():
+        if np.ndim(coordinates):
+            _set_several(robot, robot.joint(pattern), coordinates, quaternion, q)
         else:
-            (number,) = _numbers([given], (1,), f'joint "{pattern}"')
+            (number,) = _numbers([coordinates], (1,), f'joint "{pattern}"')
             for joint in settable_joints(robot, pattern):
                 refuse_beyond_turn(joint, float(number), pattern)
                 joint.set(float(number), q)
@@ -261,17 +261,17 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = _xyzw(np.asarray(posture.base_quaternion), "xyzw", "base_quaternion")
 
 
-def _numbers(given: Any, sizes: tuple[int, ...], subject: str) -> Array:
+def _numbers(sequence: Any, sizes: tuple[int, ...], subject: str) -> Array:
     """So many finite numbers."""
     try:
-        values = np.asarray(given, dtype=float)
+        values = np.asarray(sequence, dtype=float)
     except (TypeError, ValueError):
         values = np.array(np.nan)
     if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
         wanted = " or ".join(map(str, sizes))
         raise SceneError(
             f"{subject} has to be {wanted} finite number{'s' * (sizes != (1,))}, not "
-            f"{printable(repr(given), 80)}"
+            f"{printable(repr(sequence), 80)}"
         )
     return values
 

@@ -70,8 +70,8 @@ def strength(part: Part) -> Strength:
         SceneError: it has no rating and no critical velocity change, or one that is not valid.
     """
     _check(part, "critical_velocity_change", "natural_frequency")
-    given, f = part.critical_velocity_change, part.natural_frequency
-    if part.rating is None and given is None:
+    critical, f = part.critical_velocity_change, part.natural_frequency
+    if part.rating is None and critical is None:
         raise SceneError(
             f'part "{printable(part.name)}" has no strength; give a rating, such as "half-sine '
             '1500 g 0.5 ms", or a critical_velocity_change [m/s]'
@@ -83,8 +83,8 @@ def strength(part: Part) -> Strength:
     if f is not None:
         # An oscillator of frequency f responds to a short pulse with 2π f Δv.
         largest = 0.0
-        if given is not None:
-            largest = 2.0 * math.pi * f * given / GRAVITY
+        if critical is not None:
+            largest = 2.0 * math.pi * f * critical / GRAVITY
         if part.rating is not None:
             largest = max(largest, peak * amplification(pulse.shape, f * pulse.length))
         basis = (
@@ -92,11 +92,11 @@ def strength(part: Part) -> Strength:
             f"damping"
         )
         return Strength(largest * GRAVITY / (2.0 * math.pi * f), largest / 2.0, False, basis)
-    if given is not None:
+    if critical is not None:
         basis = "as given, the boundary of damage by short pulses"
         if part.rating is not None:
             basis += "; with a natural_frequency the pulse survived gives a critical peak too"
-        return Strength(given, math.nan, False, basis)
+        return Strength(critical, math.nan, False, basis)
     basis = (
         f"survived {survived:.4g} m/s ({CHANGES[pulse.shape]}), a lower bound of the critical "
         f"velocity change "

@@ -63,15 +63,15 @@ some 10 s.
 def _check_sizes(scene: Scene) -> None:
     """Refuse more contacts, points or parts than are computed."""
     contacts = len(scene.contact) + len(scene.stance)
-    for what, count, most in (
+    for quantity, count, most in (
         ("contacts", contacts, MOST_CONTACTS),
         ("points", len(scene.point), MOST_POINTS),
         ("parts", len(scene.part), MOST_POINTS),
     ):
         if count > most:
             raise SceneError(
-                f"the scene has {count} {what}, and up to {most} are computed; leave some of them "
-                f"out"
+                f"the scene has {count} {quantity}, and up to {most} are computed; leave some of "
+                f"them out"
             )
 
 

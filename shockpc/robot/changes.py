@@ -150,7 +150,7 @@ def varied_bodies(
 
     Args:
         robot: the robot.
-        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`;
+        changes: kind, pattern of links, values (N,), and whether they are factors, as in `Change`;
             one after the other. NaN changes nothing.
 
     Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias
@@ -158,11 +158,11 @@ def varied_bodies(
     """
     links: dict[str, _Inertias] = {}
     n = 1
-    for what, pattern, values, factor in changes:
+    for kind, pattern, values, factor in changes:
         n = len(values)
         for link in links_with_mass(robot, pattern):
             before = links.get(link) or _repeated(_frame(robot.model, link).inertia, n)
-            links[link] = _changed_inertia(what, np.asarray(values, float), factor, before)
+            links[link] = _changed_inertia(kind, np.asarray(values, float), factor, before)
     # Bodies without a changed link stay as they are; the others are summed anew over their links.
     mass = np.repeat(robot.masses[None], n, axis=0).astype(float)
     com = np.repeat(robot.coms[None], n, axis=0).astype(float)
@@ -250,17 +250,17 @@ def _change_armature(
     return None if drives is None else drives._replace(by_joint=by_joint)
 
 
-def _changed_inertia(what: str, x: Array, factor: bool, before: _Inertias) -> _Inertias:
+def _changed_inertia(kind: str, x: Array, factor: bool, before: _Inertias) -> _Inertias:
     """The inertias of a link after a change by values x (N,), as in `varied_bodies`."""
     mass, com, inertia = before
-    if what in ADDED:
+    if kind in ADDED:
         x = np.where(np.isnan(x), 0.0, x)
-        if what == "point-mass":
+        if kind == "point-mass":
             return _Inertias(mass + x, com, inertia)
-        if what.startswith("com"):
-            axis = np.eye(3)["xyz".index(what[-1])]
+        if kind.startswith("com"):
+            axis = np.eye(3)["xyz".index(kind[-1])]
             return _Inertias(mass, com + x[..., None] * axis, inertia)
-        j, k = "xyz".index(what[-2]), "xyz".index(what[-1])
+        j, k = "xyz".index(kind[-2]), "xyz".index(kind[-1])
         entry = np.zeros((3, 3))
         entry[[j, k], [k, j]] = 1.0
         return _Inertias(mass, com, inertia + x[..., None, None] * entry)
@@ -269,7 +269,7 @@ def _changed_inertia(what: str, x: Array, factor: bool, before: _Inertias) -> _I
     ratio = x if factor else x / mass
     # A mass that changes keeps the shape of its body; an inertia that changes keeps the mass.
     scaled = inertia * ratio[..., None, None]
-    return _Inertias(mass * ratio if what == "mass" else mass, com, scaled)
+    return _Inertias(mass * ratio if kind == "mass" else mass, com, scaled)
 
 
 def _change_link(model: pin.Model, link: str, change: Change) -> None:

@@ -63,11 +63,13 @@ def read_source(
     text = read_text(path)
     root = shared_xml(text, path.name)
     if root.tag not in FORMATS:
-        what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
-        raise RobotError(f"{path.name} begins with <{root.tag}>: {what}. Robots begin with {ROOTS}")
+        kind = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
+        raise RobotError(f"{path.name} begins with <{root.tag}>: {kind}. Robots begin with {ROOTS}")
     robot_name = root.get("name") or root.get("model") or path.name.split(".")[0]
-    given = None if srdf is None else Path(os.path.expanduser(srdf))
-    source = RobotSource(name, FORMATS[root.tag][0], text, robot_name, given, folders, (), freed)
+    srdf_path = None if srdf is None else Path(os.path.expanduser(srdf))
+    source = RobotSource(
+        name, FORMATS[root.tag][0], text, robot_name, srdf_path, folders, (), freed
+    )
     read: RobotSource = format_of(source).read(source, xacro or {})
     if xacro and not read.expanded:
         raise RobotError(
@@ -87,7 +89,7 @@ class YourdfpyRobot(Protocol):
 
 
 def source_of_yourdfpy(
-    given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None
+    robot: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None
 ) -> RobotSource:
     """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes.
 
@@ -98,14 +100,14 @@ def source_of_yourdfpy(
     Raises:
         RobotError: it cannot be written, or a package folder does not exist.
     """
-    handler = getattr(given, "_filename_handler", None)
-    record = copy.deepcopy(given.robot)
+    handler = getattr(robot, "_filename_handler", None)
+    record = copy.deepcopy(robot.robot)
     record.materials = []  # yourdfpy 0.0.60 cannot write a material whose texture has no file
     for link in record.links:
         for visual in link.visuals:
             visual.material = None
     try:
-        copied = type(given)(
+        copied = type(robot)(
             robot=record, build_scene_graph=False, load_meshes=False, filename_handler=handler
         )  # type: ignore[call-arg]
         root = parse_xml(copied.write_xml_string().decode(), "yourdfpy.URDF")

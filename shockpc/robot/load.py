@@ -97,9 +97,10 @@ def load_robot(
             {},
         )
     if type(robot).__module__.partition(".")[0] != "yourdfpy":
-        given = f"{type(robot).__module__}.{type(robot).__qualname__}"
+        type_name = f"{type(robot).__module__}.{type(robot).__qualname__}"
         raise RobotError(
-            f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF"
+            f"a {type_name} is not a robot; give a name, a path, a pinocchio.Model or a "
+            f"yourdfpy.URDF"
         )
     if xacro or frames:
         raise RobotError("xacro and frames have no effect on a yourdfpy.URDF; leave them out")

@@ -19,19 +19,18 @@ _NOTHING = 1e-9  # relative to the largest principal moment
 POINT = 1e-12
 
 
-def refuse_number(subject: str, what: str, value: float, unit: str) -> None:
+def refuse_number(subject: str, quantity: str, value: float, unit: str) -> None:
     """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg.
 
-    `subject` and `what` name it.
+    `subject` and `quantity` name it.
 
     Raises:
         RobotError: with the element and the number.
     """
     if not abs(value) <= _LARGEST or (unit == "kg" and 0.0 < value < _LIGHTEST):
         raise RobotError(
-            f"{subject}: {what} is {value:g} {unit}, which cannot be computed with; give numbers "
-            f"up to {_LARGEST:g}, and masses "
-            f"of at least {_LIGHTEST:g} kg, or 0"
+            f"{subject}: {quantity} is {value:g} {unit}, which cannot be computed with; give "
+            f"numbers up to {_LARGEST:g}, and masses of at least {_LIGHTEST:g} kg, or 0"
         )
 
 

@@ -234,7 +234,7 @@ def describe(declared: Any, options: Mapping[str, Option]) -> None:
     They follow what it describes itself.
     """
     if text := declared.__doc__:
-        lines = [f"        {name}: {one.text}" for name, one in options.items()]
+        lines = [f"        {name}: {option.text}" for name, option in options.items()]
         described, mark, rest = text.partition("    Raises:")
         declared.__doc__ = "\n".join(
             [described.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "]

@@ -197,7 +197,7 @@ def read_scene(path: Path | str) -> Scene:
         return scene_from(Scene, table, path.resolve().parent)
 
 
-def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
+def scene_of(source: Scene | str | os.PathLike[str]) -> Scene:
     """A scene as it is, or the scene of a text or path.
 
     A path that ends in .toml is read; else the scene is of the robot of that name, without
@@ -206,10 +206,10 @@ def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
     Raises:
         SceneError: as for `read_scene`.
     """
-    if isinstance(given, Scene):
-        return given
-    path = Path(given)
-    return read_scene(path) if path.suffix.casefold() == ".toml" else Scene(robot=given)
+    if isinstance(source, Scene):
+        return source
+    path = Path(source)
+    return read_scene(path) if path.suffix.casefold() == ".toml" else Scene(robot=source)
 
 
 def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
@@ -236,7 +236,7 @@ def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str =
     if scene is None or faults:
         raise SceneError("; ".join(faults))
     try:
-        return with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
+        return with_paths(scene, lambda path: os.path.normpath(folder / usable_path(path)))
     except ValueError as refusal:
         raise SceneError(str(refusal)) from None
 

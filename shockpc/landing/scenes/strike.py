@@ -170,9 +170,11 @@ def _direction(theta: float, plane: "Plane") -> "Array":
     return math.sin(theta) * plane.forward - down
 
 
-def _refuse_no_impact(what: str, size: float, unit: str) -> None:
+def _refuse_no_impact(quantity: str, size: float, unit: str) -> None:
     if not size > 0.0:
-        raise SceneError(f"a {what} of {size:g} {unit} gives no impact; it has to be above zero")
+        raise SceneError(
+            f"a {quantity} of {size:g} {unit} gives no impact; it has to be above zero"
+        )
 
 
 def _refuse_out_of_range(speed: float) -> None:
@@ -183,7 +185,7 @@ def _refuse_out_of_range(speed: float) -> None:
         )
 
 
-def replaced_ways(given: Collection[str]) -> tuple[str, ...]:
+def replaced_ways(names: Collection[str]) -> tuple[str, ...]:
     """The fields of a strike that others replace.
 
     One way of giving the velocity takes the place of another.
@@ -192,12 +194,12 @@ def replaced_ways(given: Collection[str]) -> tuple[str, ...]:
     or the drop height.
 
     Args:
-        given: names of the fields that replace others.
+        names: names of the fields that replace others.
     """
-    if "velocity" in given or "drop_height" in given:
+    if "velocity" in names or "drop_height" in names:
         return "speed", "strike_angle_deg", "velocity", "drop_height", "forward_speed"
-    if "speed" in given:
+    if "speed" in names:
         return "velocity", "drop_height", "forward_speed"
-    if "strike_angle_deg" in given or "forward_speed" in given:
+    if "strike_angle_deg" in names or "forward_speed" in names:
         return "velocity", "strike_angle_deg", "forward_speed"
     return ()

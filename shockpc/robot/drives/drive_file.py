@@ -100,13 +100,13 @@ def _faults(drive: Drive) -> Iterator[str]:
 def _contradictions(drive: Drive) -> Iterator[str]:
     """The first of its keys that do not go together."""
     inertia = drive.reflected or 0.0
-    given = [key for key in _INERTIAS if getattr(drive, key) is not None]
+    inertias = [key for key in _INERTIAS if getattr(drive, key) is not None]
     if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
         yield "needs rotor_inertia and gear_ratio, or only armature"
     elif drive.gear is not None and not middle(drive.gear_ratio or 0.0):
         yield "has a gear, which needs its gear_ratio"
-    elif drive.status == "unknown" and given:
-        yield f"has the status unknown and {listed(given)}; leave out one of the two"
+    elif drive.status == "unknown" and inertias:
+        yield f"has the status unknown and {listed(inertias)}; leave out one of the two"
     elif inertia > LARGEST_NUMBER:
         yield f"has a reflected inertia of {inertia:g}; at most {LARGEST_NUMBER:g} is computed"
     elif drive.range is not None and not drive.range[0] <= inertia <= drive.range[1]:

@@ -96,11 +96,11 @@ def _refuse_numbers(m: Any) -> None:
     names = ["", *(m.body(body).name for body in range(1, m.nbody))]  # that of the world is empty
     carriers = [names[parent] for parent in m.body_parentid]
     refuse_tree(dict(zip(names[1:], carriers[1:], strict=True)))
-    for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
-        of_bodies = np.reshape(getattr(m, f"body_{what}"), (m.nbody, -1))
+    for quantity, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
+        of_bodies = np.reshape(getattr(m, f"body_{quantity}"), (m.nbody, -1))
         largest = np.abs(of_bodies).max(axis=1)
         for name, value in zip(names, largest, strict=True):
-            refuse_number(f'body "{name}"', what, value, unit)
+            refuse_number(f'body "{name}"', quantity, value, unit)
 
 
 def _set_limits(m: Any, model: pin.Model, joints: Sequence[int]) -> None:

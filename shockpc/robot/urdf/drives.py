@@ -45,22 +45,22 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     Raises:
         RobotError: a number of a drive is negative or not finite.
     """
-    found = _Drives()
+    data = _Drives()
     for name, joint in joints.items():
         dynamics = joint.find("dynamics")
         if dynamics is not None:
-            found.read_dynamics(name, dynamics, model)
+            data.read_dynamics(name, dynamics, model)
     for transmission in (*root.findall("transmission"), *root.findall("ros2_control/transmission")):
-        found.read_transmission(transmission, joints)
-    found.set_armature(model)
+        data.read_transmission(transmission, joints)
+    data.set_armature(model)
 
     # Springs and gears of fixed joints, and of those with several degrees of freedom, say nothing.
     moving = [name for name in joints if _is_single(model, name)]
-    springs = {name: k for name, k in found.springs.items() if name in moving}
-    rest = {name: value for name, value in found.rest.items() if name in springs}
-    gears = {name: ratio for name, ratio in found.ratios.items() if name in moving}
-    without_inertia = {n: ratio for n, ratio in gears.items() if not found.inertias.get(n)}
-    return UrdfDrives(springs, rest, without_inertia, grouped(found.faults))
+    springs = {name: k for name, k in data.springs.items() if name in moving}
+    rest = {name: value for name, value in data.rest.items() if name in springs}
+    gears = {name: ratio for name, ratio in data.ratios.items() if name in moving}
+    without_inertia = {n: ratio for n, ratio in gears.items() if not data.inertias.get(n)}
+    return UrdfDrives(springs, rest, without_inertia, grouped(data.faults))
 
 
 class _Drives:
@@ -81,11 +81,11 @@ class _Drives:
         self.ratios: dict[str, float] = {}
         self.faults: list[tuple[str, str, str]] = []
 
-    def give(self, values: dict[str, float], joint: str, what: str, value: float) -> None:
+    def give(self, values: dict[str, float], joint: str, quantity: str, value: float) -> None:
         """Give a joint a value, or note that it has another one already."""
         first = values.setdefault(joint, value)
         if abs(first - value) > 1e-9 * abs(value):
-            fault = f"{what} {first:g} and {value:g} are given; the first one is used"
+            fault = f"{quantity} {first:g} and {value:g} are given; the first one is used"
             self.faults.append(("joint", joint, fault))
 
     def read_dynamics(self, name: str, dynamics: Element, model: pin.Model) -> None:

@@ -37,7 +37,7 @@ def numbers(
     """
     element = owner.find(tag)
     text = default if element is None else element.get(key, default)
-    what, values = f"<{tag}> {key}", vector(text, size)
+    attribute, values = f"<{tag}> {key}", vector(text, size)
     if values is None:
         fault = f'is "{text}"' if text else "is missing"
         wanted = (
@@ -45,9 +45,9 @@ def numbers(
             if size == 1
             else f"{size} finite numbers, such as 0 0 0.5"
         )
-        raise RobotError(f"{subject}: {what} {fault}; it has to be {wanted}")
+        raise RobotError(f"{subject}: {attribute} {fault}; it has to be {wanted}")
     for value in values.tolist() if unit else ():
-        refuse_number(subject, what, value, unit)
+        refuse_number(subject, attribute, value, unit)
     return values
 
 

@@ -195,14 +195,14 @@ def _inertias(robot: Robot, record: Any) -> Iterator[str]:
                 placement = link.inertial.origin
             R = placement[:3, :3]
             tensor = R @ link.inertial.inertia @ R.T
-        for what, here, there in (
+        for quantity, here, there in (
             ("mass", inertia.mass, mass),
             ("centre of mass", inertia.lever, placement[:3, 3]),
             ("inertia", inertia.inertia, tensor),
         ):
             tolerance = TOLERANCE * max(1.0, np.abs(there).max())
             if not np.allclose(here, there, rtol=0.0, atol=tolerance):
-                yield f'link "{link.name}" has another {what} there'
+                yield f'link "{link.name}" has another {quantity} there'
 
 
 def _placement_errors(
