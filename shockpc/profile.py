@@ -162,21 +162,26 @@ def shock_maps(
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
             chunk = slice(k, k + CHUNK)
-            state = dynamics(landing.robot, Q[chunk], landing.joint_model)
-            equation, solution, maps = solved(landing, state, with_strike=False)
-            condition, prove = needs_proof(landing, equation, solution)
-            ranks, R, p, J = solution.rank, state.rotation, state.position, state.J
-            parts = maps, R, p, ranks, condition, prove, J
+            equation, solution, parts = _in_postures(landing, Q[chunk])
+            # The arrays of a single chunk are those of all postures, without a copy.
             if len(Q) <= CHUNK:
-                arrays = list(parts)
-            elif not arrays:
-                arrays = [_room_like(part, len(Q)) for part in parts]
-            if len(Q) > CHUNK:
+                arrays = parts
+            else:
+                arrays = arrays or [_room_like(part, len(Q)) for part in parts]
                 for array, part in zip(arrays, parts, strict=True):
                     array[chunk] = part
             if slopes is not None:
                 map_derivatives(landing, equation, solution, out=slopes[chunk])
     return ShockMaps(landing, Q, *arrays)._replace(derivatives=slopes)
+
+
+def _in_postures(landing: Landing, Q: Array) -> tuple[Equation, Solution, list[Any]]:
+    """Step 1 in postures, its solution, and the arrays of `ShockMaps` from `maps` to `columns`."""
+    state = dynamics(landing.robot, Q, landing.joint_model)
+    equation, solution, maps = solved(landing, state, with_strike=False)
+    condition, prove = needs_proof(landing, equation, solution)
+    of_bodies = [maps, state.rotation, state.position]
+    return equation, solution, [*of_bodies, solution.rank, condition, prove, state.J]
 
 
 def _configurations(landing: Landing, Q: Any) -> Array:

@@ -63,14 +63,10 @@ def all_warnings(profile: ShockProfile) -> tuple[Diagnostic, ...]:
     return by_cause(itertools.chain.from_iterable(check(profile) for check in CHECKS))
 
 
-def _of_robot_file(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of the reader of the robot's file."""
+def _of_robot_and_scene(profile: ShockProfile) -> Iterator[Diagnostic]:
+    """Warnings of the robot's file, of changes of the robot, and of the scene as resolved."""
     for text in profile.robot.warnings:
         yield Diagnostic("robot", profile.robot.name, None, text)
-
-
-def _of_landing(profile: ShockProfile) -> Iterator[Diagnostic]:
-    """Warnings of changes of the robot, and of the resolution of the scene."""
     yield from profile.robot.change_warnings
     yield from profile.landing.warnings
 
@@ -95,8 +91,7 @@ CHECKS: tuple[Callable[[ShockProfile], Iterable[Diagnostic]], ...] = (
     lying,
     hanging,
     _not_known,
-    _of_robot_file,
-    _of_landing,
+    _of_robot_and_scene,
     large_inertias,
     heights,
     straight,
