@@ -15,7 +15,7 @@ from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.evaluation.column import Column, places_at, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.profiles import proven
-from shockpc.evaluation.variations.varied_landings import varied_landings
+from shockpc.evaluation.variations.arguments import varied_landings
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.studies.check.study import check_budgets
 

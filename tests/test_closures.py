@@ -25,7 +25,7 @@ from shockpc import (
     resolve,
     shock_profile,
 )
-from shockpc.evaluation.variations.varied_landings import varied_landings
+from shockpc.evaluation.variations.arguments import varied_landings
 from shockpc.landing.closure import closure_constraint, closure_gap, loop_of
 from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.constraints import row_jacobian

@@ -22,7 +22,7 @@ from commands import STICK, good, run, says
 
 from shockpc import Scene
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.variations import varied_landings
+from shockpc.evaluation.variations import row_scenes
 from shockpc.show import row_files
 from shockpc.show.row_files import RowFiles
 from shockpc.studies.sweep.study import sweep
@@ -270,14 +270,14 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(
     capfd, monkeypatch, stick, tmp_path, format_
 ):
     """The message of its row names it, and the traceback is on standard error."""
-    resolved = varied_landings.resolve
+    resolved = row_scenes.resolve
 
     def fail_once(scene, robot):
         if scene.friction == 0.5:
             raise ZeroDivisionError("odd")
         return resolved(scene, robot)
 
-    monkeypatch.setattr(varied_landings, "resolve", fail_once)
+    monkeypatch.setattr(row_scenes, "resolve", fail_once)
     words = (
         "sweep",
         stick,

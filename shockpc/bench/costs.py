@@ -30,7 +30,7 @@ from shockpc.core.percussion import translation
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scenes.scene import Scene
 from shockpc.method.dynamics import dynamics

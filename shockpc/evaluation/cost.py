@@ -17,9 +17,10 @@ from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.named_scenes import common_robot, named_scenes
 from shockpc.evaluation.terms import Term, terms_of
+from shockpc.evaluation.variations.arguments import varied_landings
 from shockpc.evaluation.variations.kinds.registry import kind_and_target
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
 from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import difference

@@ -11,7 +11,7 @@ from shockpc.core.number import NUMBER
 from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, selected
 from shockpc.evaluation.unused_ground import refuse_ground
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.landing.feet.soles import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place

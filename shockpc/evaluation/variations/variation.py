@@ -427,3 +427,10 @@ class Variation:
         values = set(self.kind.present(self, landing))
         value = values.pop() if len(values) == 1 else None
         return math.nan if value is None else value
+
+
+def prepared(scene: Scene, variations: Iterable[Variation]) -> Scene:
+    """The scene in which some quantities vary."""
+    for varied in variations:
+        scene = varied.kind.prepared(scene)
+    return scene

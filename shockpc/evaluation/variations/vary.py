@@ -6,7 +6,6 @@ from typing import Any, TypeAlias
 from shockpc.core.number import factor_texts, number_from
 from shockpc.evaluation.variations.kinds.registry import KINDS, WORDS, kind_and_target
 from shockpc.evaluation.variations.variation import Kind, Variation
-from shockpc.landing.scenes.scene import Scene
 from shockpc.robot.changes import Change
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -87,13 +86,6 @@ def refuse_repeated(robot: Robot, variations: Iterable[Variation]) -> None:
                     f"one of them"
                 )
             seen[name] = varied.subject
-
-
-def prepared(scene: Scene, variations: Iterable[Variation]) -> Scene:
-    """The scene in which some quantities vary."""
-    for varied in variations:
-        scene = varied.kind.prepared(scene)
-    return scene
 
 
 def read_changes(text: str) -> tuple[Change, ...]:

@@ -7,7 +7,8 @@ from shockpc.evaluation.budgets import Budgets, Case
 from shockpc.evaluation.column import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.unused_ground import refuse_unused_ground
-from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
+from shockpc.evaluation.variations.arguments import varied_landings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.resolve import resolve

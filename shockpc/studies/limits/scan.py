@@ -13,8 +13,9 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.column import Column, ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
+from shockpc.evaluation.variations.arguments import varied_landings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.evaluation.variations.varied_landings import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.selection import select

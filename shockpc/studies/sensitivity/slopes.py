@@ -16,8 +16,8 @@ from shockpc.evaluation.column import Column
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.variations.kinds.registry import KINDS
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.evaluation.variations.variation import Target, Variation
-from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.landing.landing import PosedLanding
 from shockpc.quantities.shock_profile import ShockProfile
 

@@ -23,12 +23,11 @@ from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variations.variation import Variation
+from shockpc.evaluation.variations.variation import Variation, prepared
 from shockpc.evaluation.variations.vary import (
     Vary,
     each_of,
     pairs,
-    prepared,
     refuse_repeated,
     variation,
 )

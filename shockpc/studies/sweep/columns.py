@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from shockpc.evaluation.column import Column, ground_columns, selected
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.scenes.scene import Point
 from shockpc.quantities.selection import select

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.evaluation.variations.varied_landings import VariedLandings
 from shockpc.show.figure.style import CURVES, INK, SHOCK, histogram, new_chart, shock_levels
 from shockpc.show.wording import robot_name, varied_text
 from shockpc.studies.sweep.summary import Extent, Summary

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.variations.kinds.posture import beyond_limits
 from shockpc.evaluation.variations.kinds.strike import SPEED
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.profile import profile_of_scene
 from shockpc.show.wording import LEFT_OUT, STICKING, without_value
 from shockpc.studies.sweep.row_options import row_text

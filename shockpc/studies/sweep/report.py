@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.judgement.unknowns import CARRIES
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.shock_profile import ShockProfile

@@ -2,7 +2,7 @@
 
 import shlex
 
-from shockpc.evaluation.variations.varied_landings import VariedLandings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.landing.scenes.scene import Scene
 
 

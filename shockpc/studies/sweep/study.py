@@ -9,7 +9,8 @@ from typing import Annotated
 
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.variations.varied_landings import MOST_ROWS, VariedLandings, varied_landings
+from shockpc.evaluation.variations.arguments import MOST_ROWS, varied_landings
+from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.evaluation.variations.vary import Vary
 from shockpc.landing.scenes.scene import Point, Scene
 from shockpc.landing.scenes.scene_fields import Option

@@ -16,8 +16,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION, motion_range
 from shockpc.evaluation.variations.row_arrays import RowInertias, RowPostures, RowStrikes
+from shockpc.evaluation.variations.row_scenes import RowScenes, definite
 from shockpc.evaluation.variations.row_values import (
     RowValues,
     equal_rows,
@@ -25,32 +25,18 @@ from shockpc.evaluation.variations.row_values import (
     of_row,
     sample_values,
 )
-from shockpc.evaluation.variations.variation import Variation
-from shockpc.evaluation.variations.vary import Vary, each_of, pairs, prepared, refuse_repeated
-from shockpc.evaluation.variations.vary import variation as read_variation
+from shockpc.evaluation.variations.variation import Variation, prepared
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
-from shockpc.landing.scenes.scene import Contact, Scene
-from shockpc.landing.scenes.scene_file import check_scene, robot_of
+from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.strike import Strike
 from shockpc.method.dynamics import Inertias
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError, attempt
-
-MOST_ROWS = 10**8
-"""Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
-
-CLOSED = 4096
-"""Postures whose closed loops are kept, at most."""
+from shockpc.text.errors import ShockError, attempt
 
 FEWEST_ROWS = 1024
 """Largest number of rows of a chunk whose rows take long."""
-
-MOVED = 1e-6
-"""By how much closing loops may move a joint that varies [deg, m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,27 +72,8 @@ class VariedLandings:
         """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
         scene = prepared(self.scene, self.variations)
         if not any(varied.kind.names_contacts for varied in self.variations):
-            scene = self._definite(scene)
+            scene = definite(scene, self.robot)
         object.__setattr__(self, "scene", scene)
-
-    def _definite(self, scene: Scene) -> Scene:
-        """A scene with definite contacts; as it is if its posture is no landing, as rows report."""
-        try:
-            return with_definite_contacts(scene, self.robot)
-        except ShockError:
-            return scene
-
-    @functools.cached_property
-    def contacts(self) -> dict[str, tuple[Contact, ...]]:
-        """The contacts by the values of what varies, each resolved in the posture of the scene."""
-        contacts = {}
-        for varied in self.variations:
-            if not varied.kind.names_contacts:
-                continue
-            for value in varied.values:
-                scene, _ = varied.applied(self.scene, self.robot, value)
-                contacts[str(value)] = self._definite(scene).contact
-        return contacts
 
     def __getstate__(self) -> dict[str, Any]:
         return {part.name: getattr(self, part.name) for part in fields(self)}
@@ -115,6 +82,21 @@ class VariedLandings:
     def axes(self) -> tuple[Variation, ...]:
         """The variations from the slowest to the fastest, by `Kind.stage`."""
         return tuple(sorted(self.variations, key=lambda variation: variation.stage))
+
+    @functools.cached_property
+    def scenes(self) -> RowScenes:
+        """Scene and robot of each row."""
+        return RowScenes(self.scene, self.robot, self.axes, tuple(self.struck.values()))
+
+    @property
+    def first(self) -> PosedLanding:
+        """The first of all landings."""
+        return self.scenes.first
+
+    @property
+    def separate(self) -> bool:
+        """True if loops have to be closed, so that each posture needs a landing of its own."""
+        return self.scenes.separate
 
     @property
     def strikes(self) -> int:
@@ -134,11 +116,6 @@ class VariedLandings:
     def rows(self) -> int:
         """Number of rows."""
         return self.solves * self.strikes
-
-    @functools.cached_property
-    def separate(self) -> bool:
-        """True if loops have to be closed, so that each posture needs a landing of its own."""
-        return bool(self.first.loops)
 
     @functools.cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
@@ -207,7 +184,7 @@ class VariedLandings:
         """Landings with these values (n, v), the rest as in these."""
         landings = replace(self, rows_given=values, sample=len(values))
         # Neither the first landing nor how loops are closed depends on the values.
-        vars(landings).update(first=self.first, _closed=self._closed)
+        vars(landings)["scenes"] = self.scenes
         return landings
 
     def resolved(self) -> tuple[Array, Array]:
@@ -227,7 +204,7 @@ class VariedLandings:
         Raises:
             ShockError: there is no such landing.
         """
-        return self._case(self.values_of(row), row % self.strikes)
+        return self.scenes.case(self.values_of(row), row % self.strikes)
 
     def values_of(self, row: int) -> dict[Variation, Any]:
         """The values of one row, by what varies."""
@@ -248,7 +225,7 @@ class VariedLandings:
 
         def profile(i: int) -> ShockProfile:
             posture, strike = divmod(i, strikes)
-            case = self._case(of_row(values, posture, strike), strike)
+            case = self.scenes.case(of_row(values, posture, strike), strike)
             return profile_of_scene(*case)
 
         return Chunk(labels, self._groups(values, end - begin), profile)
@@ -285,34 +262,17 @@ class VariedLandings:
         self, values: RowValues, m: int
     ) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         """The postures (m,) of a chunk in groups, each with their landing, or the error."""
-        choices: dict[Variation, np.ndarray] = {}
+        separate: dict[Variation, np.ndarray] = {}
         for varied, x in values.items():
             # `separate` is asked only where a posture varies: the first landing may not exist.
             if varied.stage == 0 or (varied.moves and self.separate):
-                choices[varied] = x[:, 0]
-        if not choices:
+                separate[varied] = x[:, 0]
+        if not separate:
             yield np.arange(m), self.first
             return
-        for group in equal_rows(list(choices.values())):
-            choice = {varied: x[group[0]] for varied, x in choices.items()}
-            yield group, attempt(self._landing, choice)
-
-    def _landing(self, choice: Mapping[Variation, Any]) -> PosedLanding:
-        return resolve(*self._case(choice))
-
-    @functools.cached_property
-    def _closed(self) -> dict[str, Scene]:
-        """Scenes with closed loops, by their postures."""
-        return {}
-
-    @functools.cached_property
-    def first(self) -> PosedLanding:
-        """The first of all landings."""
-        choice: dict[Variation, Any] = {}
-        for varied in self.axes:
-            if varied.stage == 0:
-                choice[varied] = (varied.values or varied.span or ())[0]
-        return self._landing(choice)
+        for group in equal_rows(list(separate.values())):
+            of_group = {varied: x[group[0]] for varied, x in separate.items()}
+            yield group, attempt(self.scenes.landing, of_group)
 
     def _postures(self, landing: PosedLanding, values: RowValues, rows: np.ndarray) -> Array:
         """Configurations (n, nq) of rows of a chunk; the landing's if loops have to be closed."""
@@ -347,7 +307,7 @@ class VariedLandings:
         refused: dict[int, ShockError] = {}
         for i in np.flatnonzero(~possible).tolist():
             try:
-                self._case({varied: x[i] for varied, x in varying.items()})
+                self.scenes.case({varied: x[i] for varied, x in varying.items()})
             except ShockError as error:
                 refused[i] = error
         return of_robots, refused
@@ -364,164 +324,5 @@ class VariedLandings:
                 varied.kind.set_strike(strikes, varied.in_radians(of_rows))
             velocity = strikes.velocities()
         elif len(self.struck) > 1:
-            velocity = np.array([one.vector(landing.plane) for one in self.struck.values()])
+            velocity = np.array([strike.vector(landing.plane) for strike in self.struck.values()])
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
-
-    def _case(self, choice: Mapping[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
-        """Scene and robot with some values, of which NaN leaves a thing as it is.
-
-        Args: strike, number of that of `struck`.
-        """
-        scene, robot = self.scene, self.robot
-        if self.struck:
-            scene = replace(scene, strike=list(self.struck.values())[strike])
-        choice = {varied: value for varied, value in choice.items() if not _is_nan(value)}
-        # Contacts come first, because others change those that are struck.
-        contacts_first = sorted(choice, key=lambda varied: not varied.kind.names_contacts)
-        changes: list[Change] = []
-        for varied in contacts_first:
-            value = choice[varied]
-            if varied.kind.names_contacts:
-                scene = replace(scene, contact=self.contacts[str(value)])
-            elif varied.kind.of_robot:
-                changes += varied.kind.robot_changes(varied, robot, value)
-            else:
-                # `separate` asks for the first landing, and so for a case without motion.
-                if varied.moves and self.separate:
-                    scene = varied.kind.from_closed(varied, scene, robot, self.first.q)
-                scene, robot = varied.applied(scene, robot, value)
-        if changes:
-            # All at once, because each changed robot reads the places of its frames anew.
-            robot = changed(robot, changes)
-        if any(varied.moves for varied in choice) and self.separate:
-            scene = self._with_closed_loops(scene)
-            _refuse_moved(scene, robot, choice)
-        return scene, robot
-
-    def _with_closed_loops(self, scene: Scene) -> Scene:
-        """The scene with closed loops, from the first landing; the last results are kept."""
-        key = repr((scene.posture, scene.assemble))
-        if key not in self._closed:
-            if len(self._closed) == CLOSED:
-                self._closed.clear()
-            self._closed[key] = close_loops(scene, self.first)
-        closed = self._closed[key]
-        return replace(scene, posture=closed.posture, assemble=closed.assemble)
-
-
-def _is_nan(value: Any) -> bool:
-    return not isinstance(value, str) and math.isnan(value)
-
-
-def _refuse_moved(scene: Scene, robot: Robot, choice: Mapping[Variation, Any]) -> None:
-    """Refuse joints that closing the loops has moved away from their values.
-
-    Raises:
-        StudyError: there is one.
-    """
-    for varied, value in choice.items():
-        for joint in varied.kind.settable(robot, varied.target):
-            closed = scene.posture.joints_deg.get(joint.name, value)
-            if abs(closed - value) > MOVED:
-                raise StudyError(
-                    f'{varied.subject}: closing the loops moves "{joint.name}" away '
-                    f"from {value:g} {varied.unit}; let other joints move with --assemble"
-                )
-
-
-def varied_landings(
-    scene: Scene,
-    vary: Vary = (),
-    *,
-    robot: Robot | None = None,
-    vary_each: Vary = (),
-    sample: int | None = None,
-    lhs: bool = False,
-    seed: int = 0,
-    keep_joints: bool = False,
-) -> VariedLandings:
-    """Landings that differ from one, checked.
-
-    Args:
-        scene: the landing that is varied.
-        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0,
-            15, 30]}.
-        robot: the scene's robot, if it is loaded already.
-        vary_each: the same, with a separate quantity for each joint or link that a pattern matches.
-        sample: number of random rows instead of the full grid. If neither a joint nor what the
-            robot and the ground are is varied, all joints are, within their limits.
-        lhs: whether the sample is a Latin hypercube.
-        seed: of the random numbers.
-        keep_joints: whether joints that are not varied stay where the scene has them in any sample.
-
-    Raises:
-        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be
-            resolved.
-    """
-    robot = robot or robot_of(scene)
-    variations = _read_variations(robot, vary, vary_each)
-    if lhs and sample is None:
-        raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
-    stated = any(
-        varied.uncertain or varied.kind.settable(robot, varied.target) for varied in variations
-    )
-    if sample is not None and not keep_joints and not stated:
-        variations += [
-            JOINT_POSITION.read(robot, f"joint:{joint.name}", joint.name, None)
-            for joint in robot.independent_joints
-        ]
-    if not variations:
-        raise StudyError(
-            "nothing varies; name a joint or another quantity with --vary, or draw random "
-            "postures with --sample"
-        )
-    # Without values each joint has its own range.
-    single: list[Variation] = []
-    for varied in variations:
-        has_values = varied.values or varied.span
-        single += [varied] if has_values else each_of(robot, varied)
-    variations = [_complete(robot, varied, sample is not None) for varied in single]
-    refuse_repeated(robot, variations)
-    scene = check_scene(scene)
-    for varied in variations:
-        varied.kind.refuse_scene(scene)
-    source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
-    if source.rows > MOST_ROWS:
-        raise StudyError(
-            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or "
-            "draw a sample with --sample"
-        )
-    for varied in source.axes:
-        varied.kind.check_landing(varied, scene, robot)
-    return source
-
-
-def _read_variations(robot: Robot, vary: Vary, vary_each: Vary) -> list[Variation]:
-    """The variations, those of `vary_each` one by one."""
-    # Pairs may repeat a subject, which is refused later; a mapping cannot.
-    together, separately = pairs(vary), pairs(vary_each)
-    variations = [read_variation(robot, subject, values) for subject, values in together]
-    for subject, values in separately:
-        variations += each_of(robot, read_variation(robot, subject, values))
-    return variations
-
-
-def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
-    """A variation with the range of its joint, if it was given no values."""
-    if not varied.values and varied.span is None:
-        joint = robot.joint(varied.target)
-        low, high = motion_range([joint])
-        if varied.unit != "m":
-            low, high = math.degrees(low), math.degrees(high)
-        if not high > low or not math.isfinite(high - low):
-            raise StudyError(
-                f'joint "{joint.name}" has no range of motion in the robot file; give values, '
-                f"such as {joint.name}=0:0.1:5"
-            )
-        varied = replace(varied, subject=joint.name, span=(low, high))
-    if not sample and varied.span is not None:
-        raise StudyError(
-            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number "
-            f"of values too, such as {varied.span[0]:g}:{varied.span[1]:g}:10"
-        )
-    return varied
