@@ -33,7 +33,7 @@ CONTACTS = (
     "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard "
     "ground 1e6 N/m or more"
 )
-"""The stiffness of usual contacts; the guide for designers gives all sources."""
+"""The stiffness of usual contacts; the guide's page on stiffness gives all sources."""
 
 ORIGIN = (0.0, 0.0, 0.0)
 """The value of an offset that is not given."""
@@ -399,7 +399,7 @@ class Scene(Record):
         None,
         "Also solve on contacts of this stiffness. The stiffness is that of every direction, or "
         "of the normal and the ground. It gives forces, accelerations and their times. Examples: "
-        f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
+        f"{CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide stiffness).",
         SOFT,
         "KN[:KT]",
         unit="N/m",
