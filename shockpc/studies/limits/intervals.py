@@ -9,9 +9,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.studies.limits.scan import Run, Scan, Strikes
+from shockpc.studies.limits.question import Strikes
+from shockpc.studies.limits.scan import Run, Scan
 
-Stop = Literal["bound", "range", "loop", "ground"]
+EndedBy = Literal["bound", "range", "loop", "ground"]
 
 
 class Interval(NamedTuple):
@@ -28,8 +29,8 @@ class Interval(NamedTuple):
 
     low: float
     high: float
-    low_end: Stop
-    high_end: Stop
+    low_end: EndedBy
+    high_end: EndedBy
     feasible: bool
 
 
@@ -52,7 +53,8 @@ class StrikeLimits(NamedTuple):
     @property
     def usable(self) -> tuple[Run, ...]:
         """Values that keep the bound and for which flat ground allows the landing, ascending."""
-        return tuple((one.low, one.high) for one in self.intervals if one.feasible)
+        intervals = self.intervals
+        return tuple((interval.low, interval.high) for interval in intervals if interval.feasible)
 
 
 def strike_limits(
@@ -69,7 +71,7 @@ def strike_limits(
     for strikes, roots in zip(targets, scan.crossings(targets), strict=True):
         number, _ = scan.worst(strikes)
         violation = scan.bound.violation(number)
-        edges: list[tuple[float, Stop]] = [(root, "bound") for root in roots.tolist()]
+        edges: list[tuple[float, EndedBy]] = [(root, "bound") for root in roots.tolist()]
         first, last = float(scan.values[0]), float(scan.values[-1])
         if violation[0] <= 0.0:
             edges.insert(0, (first, "range" if first <= span[0] else "loop"))
@@ -90,7 +92,9 @@ def strike_limits(
     return tuple(limits)
 
 
-def _cut(low: tuple[float, Stop], high: tuple[float, Stop], runs: Iterable[Run]) -> list[Interval]:
+def _cut(
+    low: tuple[float, EndedBy], high: tuple[float, EndedBy], runs: Iterable[Run]
+) -> list[Interval]:
     """An interval in pieces, each of which flat ground allows as a whole, or nowhere.
 
     Args:

@@ -14,7 +14,6 @@ from shockpc.evaluation.variations.vary import kind_of, variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import Bound, Strikes
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import in_degrees
 
@@ -41,6 +40,37 @@ LEAST_VALUES = 33
 
 MOST_VALUES = 200_000
 """Largest number of values of a scan."""
+
+
+Strikes = tuple[float, float]
+"""Smallest and largest strike angle, equal for a single one [rad]."""
+
+
+class Bound(NamedTuple):
+    """A bound on a number; on the magnitude of a number that may be negative.
+
+    Attributes:
+        value: the bound, above zero.
+        below: whether it is the smallest value allowed, and not the largest.
+    """
+
+    value: float
+    below: bool
+
+    @property
+    def sign(self) -> float:
+        """1 where greater numbers are worse, −1 where smaller ones are."""
+        return -1.0 if self.below else 1.0
+
+    def violation(self, numbers: Array) -> Array:
+        """Distance of numbers N beyond the bound B, ±(N² − B²) / (N² + B²), from −1 to 1.
+
+        It is smooth where N is zero and where N has a pole; 1 where N is NaN.
+        """
+        # (N² − B²) / (N² + B²) = 1 − 2 / (1 + (N/B)²), where (N/B)² may overflow.
+        with np.errstate(over="ignore"):
+            squared = (numbers / self.value) ** 2
+        return np.nan_to_num(self.sign * (1.0 - 2.0 / (1.0 + squared)), nan=1.0)
 
 
 class Varied(NamedTuple):
@@ -145,13 +175,13 @@ def scan_values(varied: Varied, step: float) -> Array:
     return np.linspace(low, high, max(LEAST_VALUES, steps + 1))
 
 
-def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> Varied:
+def varied_by(robot: Robot, subject: str, span: tuple[float, float] | None) -> Varied:
     """The quantity that varies, its joints and its range.
 
     Args:
         robot: the robot.
         subject: as a sweep names it.
-        given: the range, if one is given [rad, m; unit of the variation].
+        span: the range, if one is given [rad, m; unit of the variation].
 
     Raises:
         UnknownName: there is no such joint.
@@ -174,8 +204,8 @@ def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> 
     if joints:
         low, high = motion_range(joints)
         missing = "without limits in the file"
-    if given is not None:
-        low, high = given
+    if span is not None:
+        low, high = span
     is_angle = kind.unit_of(robot, subject, target) == "deg"
     scale = math.degrees(1.0) if is_angle else 1.0
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -189,18 +219,21 @@ def varied_by(robot: Robot, subject: str, given: tuple[float, float] | None) -> 
     return Varied(typed, joints, (low, high))
 
 
-def strike_range(landing: PosedLanding, given: Strikes | None, per_landing: bool) -> Strikes:
+def strike_range(landing: PosedLanding, strikes: Strikes | None, per_landing: bool) -> Strikes:
     """The range of strike angles [rad], all of which approach the ground.
 
     Args:
         landing: the landing of the scene.
-        given: the range, if one is given.
+        strikes: the range, if one is given.
         per_landing: whether each landing is computed by itself; the scene's angle is then the
             default.
     """
-    low, high = STRIKES if given is None else given
-    if given is None and per_landing:
+    if strikes is not None:
+        low, high = strikes
+    elif per_landing:
         low = high = landing.strike_angle
+    else:
+        low, high = STRIKES
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
     if not -most <= low <= high <= most:
         raise StudyError(
@@ -219,6 +252,6 @@ def strike_targets(angle: float, strikes: Strikes) -> tuple[Strikes, ...]:
     first, last = math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP)
     inside = [STRIKE_ANGLE_STEP * k for k in range(first, last + 1)]
     # Angles that differ by the rounding of degrees are the same.
-    single = {round(each, 9): each for each in (*inside, low, high, angle)}
-    others = [(each, each) for each in sorted(single.values()) if each != angle]
-    return tuple(dict.fromkeys([(angle, angle), *others, strikes]))
+    single = {round(strike, 9): strike for strike in (*inside, low, high, angle)}
+    one_by_one = [(strike, strike) for strike in sorted(single.values()) if strike != angle]
+    return tuple(dict.fromkeys([(angle, angle), *one_by_one, strikes]))

@@ -158,16 +158,16 @@ def _depends_on_ground(limits: JointLimits) -> bool:
 
 def _none_allowed(limits: JointLimits) -> list[str]:
     """That no value keeps the bound where flat ground allows the landing, and the best number."""
-    if any(each.usable for each in limits.limits):
+    if any(of_strikes.usable for of_strikes in limits.limits):
         return []
     text = f"no feasible value of {limits.subject} keeps {limits.target.name} {_bound(limits)}"
-    feasible = [each for each in limits.limits if not math.isnan(each.best)]
+    feasible = [of_strikes for of_strikes in limits.limits if not math.isnan(of_strikes.best)]
     if not feasible:
         return [
             f"{text}: flat ground allows no landing of this range; give another with --range, or "
             "a larger --ground-tolerance"
         ]
-    best = min(feasible, key=lambda each: limits.bound.sign * each.best)
+    best = min(feasible, key=lambda of_strikes: limits.bound.sign * of_strikes.best)
     at = f"{limits.shown(best.best_at):.4g}{_unit(limits)}"
     return [
         f"{text}: the best is {best.best:.3g} at {at}; allow more, or give another range with "
@@ -270,8 +270,8 @@ def _best(limits: JointLimits) -> Sheet:
     """
     number = f"best {limits.target.selection.name} [{limits.target.unit}]"
     rows: list[Row] = []
-    for each in limits.limits:
-        rows.append((*map(in_degrees, each.strikes), each.best, limits.shown(each.best_at)))
+    for strikes, _, best, best_at in limits.limits:
+        rows.append((*map(in_degrees, strikes), best, limits.shown(best_at)))
     title = f"best {limits.target.title} where flat ground allows the landing"
     at = f"at [{limits.shown_unit}]"
     return Sheet(title, ("strike from [deg]", "strike to [deg]", number, at), rows)

@@ -4,7 +4,7 @@ It is computed on the rows of a sweep.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,7 @@ from shockpc.evaluation.variations.variation import Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.selection import select
+from shockpc.studies.limits.question import Bound, Strikes
 
 ANGLES = 43
 """Strike angles of a range that are computed."""
@@ -34,38 +35,8 @@ UNDETERMINED = (
     "are redundant"
 )
 
-Strikes = tuple[float, float]
-"""Smallest and largest strike angle, equal for a single one [rad]."""
-
 Run = tuple[float, float]
 """First and last of consecutive values of a scan [rad, m; unit of the variation]."""
-
-
-class Bound(NamedTuple):
-    """A bound on a number; on the magnitude of a number that may be negative.
-
-    Attributes:
-        value: the bound, above zero.
-        below: whether it is the smallest value allowed, and not the largest.
-    """
-
-    value: float
-    below: bool
-
-    @property
-    def sign(self) -> float:
-        """1 where greater numbers are worse, −1 where smaller ones are."""
-        return -1.0 if self.below else 1.0
-
-    def violation(self, numbers: Array) -> Array:
-        """Distance of numbers N beyond the bound B, ±(N² − B²) / (N² + B²), from −1 to 1.
-
-        It is smooth where N is zero and where N has a pole; 1 where N is NaN.
-        """
-        # (N² − B²) / (N² + B²) = 1 − 2 / (1 + (N/B)²), where (N/B)² may overflow.
-        with np.errstate(over="ignore"):
-            squared = (numbers / self.value) ** 2
-        return np.nan_to_num(self.sign * (1.0 - 2.0 / (1.0 + squared)), nan=1.0)
 
 
 class Scan(NamedTuple):
@@ -73,9 +44,9 @@ class Scan(NamedTuple):
 
     Attributes:
         sweep: the landings.
+        varied: what varies.
         target: the number; of one that may be negative the magnitude.
         bound: of the number.
-        scale: factor from a value to the unit of the sweep.
         values: (n,) ascending [rad, m; unit of the variation]; they end where loops cannot be
             closed.
         angles: (S,) strike angles, ascending [rad].
@@ -89,9 +60,9 @@ class Scan(NamedTuple):
     """
 
     sweep: VariedLandings
+    varied: Variation
     target: Column
     bound: Bound
-    scale: float
     values: Array
     angles: Array
     numbers: Array
@@ -127,7 +98,8 @@ class Scan(NamedTuple):
 
     def feasible_runs(self, strikes: Strikes) -> list[Run]:
         """The runs of values for which flat ground allows these landings, ascending."""
-        return [self._run(first, last) for first, last in _runs(self.feasible(strikes))]
+        values = self.values.tolist()
+        return [(values[first], values[last]) for first, last in _runs(self.feasible(strikes))]
 
     def crossings(self, targets: Sequence[Strikes]) -> list[Array]:
         """Values at which the worst number over each of some ranges of strikes crosses the bound.
@@ -154,15 +126,12 @@ class Scan(NamedTuple):
 
     def _numbers_at(self, values: Array) -> Array:
         """The number (m, S) at values (m,) and all strike angles of the grid."""
-        grid = np.meshgrid(self.scale * values, np.degrees(self.angles), indexing="ij")
+        grid = np.meshgrid(self.varied.per_unit * values, np.degrees(self.angles), indexing="ij")
         rows = np.stack(grid, axis=-1).reshape(-1, 2)
         if not len(rows):
             return np.zeros((0, len(self.angles)))
         table = _table(self.sweep.at(rows), (self.target,))
         return _numbers(table, self.target).reshape(len(values), -1)
-
-    def _run(self, first: int, last: int) -> Run:
-        return float(self.values[first]), float(self.values[last])
 
 
 def scanned(
@@ -186,9 +155,8 @@ def scanned(
     Raises:
         ShockError: a value is not possible.
     """
-    scale = varied.per_unit
     angles = _strike_angles(targets)
-    vary = [(varied.subject, scale * values), ("strike-angle", np.degrees(angles))]
+    vary = [(varied.subject, varied.per_unit * values), ("strike-angle", np.degrees(angles))]
     sweep = varied_landings(landing.scene, vary, robot=landing.robot)
     table = _table(sweep, (target, *ground_columns(landing)))
 
@@ -198,37 +166,29 @@ def scanned(
     scene_strike = int(np.searchsorted(angles, landing.strike_angle))
     missing = np.isnan(numbers[:, scene_strike])
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-    reasons = {}
-    for k in np.flatnonzero(missing).tolist():
-        reasons[k] = table.messages.get(k * len(angles) + scene_strike, UNDETERMINED)
+    unreachable = []
+    for first, last in _runs(missing):
+        reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
+        unreachable.append((float(values[first]), float(values[last]), reason))
 
     # Where a loop cannot be closed beyond, the scan ends.
     kept = slice(None)
     if landing.loops and not missing.all():
         reached = np.flatnonzero(~missing)
         kept = slice(reached[0], reached[-1] + 1)
-    of_scene = uncertain.reshape(shape)[:, scene_strike] & ~missing
     return Scan(
         sweep=sweep,
+        varied=varied,
         target=target,
         bound=bound,
-        scale=scale,
         values=values[kept],
         angles=angles,
         numbers=numbers[kept],
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
-        unreachable=tuple(_unreachable(values, missing, reasons)),
-        inaccurate=int(of_scene.sum()),
+        unreachable=tuple(unreachable),
+        inaccurate=int((uncertain.reshape(shape)[:, scene_strike] & ~missing).sum()),
     )
-
-
-def _unreachable(
-    values: Array, missing: np.ndarray, reasons: Mapping[int, str]
-) -> Iterator[tuple[float, float, str]]:
-    """The runs of values (n,) without a result, each with the reason of its first value."""
-    for first, last in _runs(missing):
-        yield float(values[first]), float(values[last]), reasons[first]
 
 
 def _strike_angles(targets: Sequence[Strikes]) -> Array:

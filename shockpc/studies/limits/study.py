@@ -7,6 +7,7 @@ of a sweep over values and strike angles.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.limits.intervals import StrikeLimits, strike_limits
 from shockpc.studies.limits.question import (
+    Bound,
+    Strikes,
     Varied,
     bound_from,
     default_step,
@@ -33,7 +36,7 @@ from shockpc.studies.limits.question import (
     strike_targets,
     varied_by,
 )
-from shockpc.studies.limits.scan import Bound, Scan, Strikes, scanned
+from shockpc.studies.limits.scan import Scan, scanned
 from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, SolveError
 from shockpc.text.printed import UNITS, in_degrees
@@ -125,25 +128,27 @@ class JointLimits:
         strikes = "strike from [deg]", "strike to [deg]"
         ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
         rows: list[tuple[float | str | None, ...]] = []
-        for each in self.limits:
-            angles = tuple(map(in_degrees, each.strikes))
-            for low, high, low_end, high_end, feasible in each.intervals:
+        for of_strikes in self.limits:
+            angles = tuple(map(in_degrees, of_strikes.strikes))
+            for low, high, low_end, high_end, feasible in of_strikes.intervals:
                 values = self.shown(low), self.shown(high)
                 rows.append((*angles, *values, low_end, high_end, feasible))
-            if not each.intervals:
+            if not of_strikes.intervals:
                 rows.append((*angles, *(None,) * len(ends)))
         return Table.of_rows((*strikes, *ends), rows)
 
 
-def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
+def _typed(robot: Robot, arguments: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
-    kind, target = kind_of(robot, given["joint"])
-    if kind.unit_of(robot, given["joint"], target) != "deg":
-        return given
-    in_radians = {
-        name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if name in given
-    }
-    return given | in_radians
+    subject = arguments["joint"]
+    kind, target = kind_of(robot, subject)
+    if kind.unit_of(robot, subject, target) != "deg":
+        return arguments
+    in_radians = dict(arguments)
+    for name in ("joint_range", "step"):
+        if name in arguments:
+            in_radians[name] = np.radians(arguments[name]).tolist()
+    return in_radians
 
 
 @study(
@@ -258,11 +263,20 @@ def limits(
         return modelled
 
     # The same question with the drives at both ends of what is known.
-    question: dict[str, Any] = {"max": max, "min": min}
-    question |= {"joint_range": varied.span, "strikes": strikes, "step": step, "robot": robot}
+    again = partial(
+        limits,
+        joint=joint,
+        target=target,
+        max=max,
+        min=min,
+        joint_range=varied.span,
+        strikes=strikes,
+        step=step,
+        robot=robot,
+    )
 
     def at_end(scenes: dict[str, Scene]) -> JointLimits:
-        return limits(scenes[""], joint, target, **question)
+        return again(scenes[""])
 
     return replace(modelled, ends=at_drive_ends(modelled, {"": (scene, robot)}, at_end))
 
