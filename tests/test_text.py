@@ -61,9 +61,9 @@ def landings():
 
 def text_of(profiles, format_):
     """The landings in a format."""
-    return analyze_report({str(k): profile for k, profile in enumerate(profiles)}, whole=True).text(
-        format_
-    )
+    return analyze_report(
+        {str(k): profile for k, profile in enumerate(profiles)}, all_tables=True
+    ).text(format_)
 
 
 def header(**scene):
@@ -78,7 +78,7 @@ def test_formats_hold_the_same(landings):
     """Every line and every cell of the text for a terminal is in the Markdown document too, for one
     landing and for several.
     """
-    report = landing_report(landings[0], whole=True)
+    report = landing_report(landings[0], all_tables=True)
     text, markdown = report.text("table"), report.files()["report.md"]
     assert "![shock profile of beam](shock.svg)" in markdown
     body = list(report.body(True))
@@ -192,7 +192,7 @@ def test_report_of_a_robot_with_joints():
         range_g=16.0,
     )
     profile = shock_profile(scene)
-    report = landing_report(profile, whole=True)
+    report = landing_report(profile, all_tables=True)
     lines, tables = (
         report.text("table").splitlines(),
         [block for block in report.body(True) if isinstance(block, Sheet)],

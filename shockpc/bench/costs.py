@@ -165,12 +165,12 @@ def _process_time(arguments: tuple[str, ...]) -> float:
         start = time.perf_counter()
         # An installed package is compiled once, not in each process.
         env = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, *words], capture_output=True, text=True, check=False, env=env
         )
         seconds = time.perf_counter() - start
-    if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["no output"])[-1]
+    if process.returncode:
+        last = (process.stderr.strip().splitlines() or ["no output"])[-1]
         raise SolveError(f"a process of the benchmark failed ({' '.join(arguments)}): {last}")
     return seconds
 

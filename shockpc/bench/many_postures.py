@@ -206,14 +206,14 @@ def _in_numpy(bodies: int | None, system: System, Q: Array) -> Prepared:
     symbols = _symbols(bodies, system)
     return Prepared(
         partial(symbols.value, Q),
-        lambda found: np.stack(list(found.values())[: -len(ACCURACY)], axis=1),
+        lambda numbers: np.stack(list(numbers.values())[: -len(ACCURACY)], axis=1),
     )
 
 
 def _slope_in_numpy(system: System, Q: Array) -> Prepared:
     return Prepared(
         partial(_symbols(1, system).slopes, Q),
-        lambda found: np.stack(list(found[0].values()), axis=1),
+        lambda slopes: np.stack(list(slopes[0].values()), axis=1),
     )
 
 
@@ -273,7 +273,7 @@ def in_symbols(budget: float) -> Sheet:
     def expected(system: System, Q: Array) -> Callable[[Array], Array]:
         maps = _maps(False, system, Q)
         shocks = maps.read(maps.run())
-        return lambda found: shocks[: len(found), : found.shape[1]]
+        return lambda result: shocks[: len(result), : result.shape[1]]
 
     sheet = _comparison(IN_SYMBOLS, WAYS, BLOCK, expected, budget)
     note = (

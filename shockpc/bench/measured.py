@@ -60,7 +60,9 @@ def measured_landings(budget: float = 0.0) -> Sheet:
     comparison = compare_measured(
         read_table(folder / "cassie_landings.csv"), scenes, robot_of(scene), IGNORED
     )
-    rates = tuple(one for one in comparison.agreements if one.name == "joint rates")
+    rates = tuple(
+        agreement for agreement in comparison.agreements if agreement.name == "joint rates"
+    )
     sheet = agreement_sheet(comparison._replace(agreements=rates), intervals=True)
     return sheet._replace(
         title="measured landings of Cassie, 14 joint rates in each of 14 landings"

@@ -140,8 +140,8 @@ def _cases_sheet(results: Iterable[Result]) -> Sheet:
     rows: list[Row] = []
     for result in results:
         family, variant, value, _ = result.case
-        what = (family, variant, value, result.method, result.outcome, result.error)
-        rows.append((*what, *result.quartiles, len(result.seconds), result.message or None))
+        cells = (family, variant, value, result.method, result.outcome, result.error)
+        rows.append((*cells, *result.quartiles, len(result.seconds), result.message or None))
     return Sheet("", header, rows)
 
 

@@ -84,7 +84,9 @@ class Commands(TyperGroup):
         packages = {name: importlib.import_module(package) for name, package in COMMANDS.items()}
         for heading in HEADINGS:
             listed = [
-                (name, one.SUMMARY) for name, one in packages.items() if heading == one.HEADING
+                (name, module.SUMMARY)
+                for name, module in packages.items()
+                if heading == module.HEADING
             ]
             if listed:
                 with formatter.section(heading):
@@ -105,8 +107,8 @@ class GroupedCommand(TyperCommand):
         every: list[Any] = super().get_params(ctx)
         names = {parameter.name for parameter in every}
         if "posture" in names and "help_all" not in names:
-            others = len(names.intersection(RARE) | names.intersection(RARE_OF_RUN))
-            text = f"Show these and {others} other options in full, and exit."
+            number = len(names.intersection(RARE) | names.intersection(RARE_OF_RUN))
+            text = f"Show these and {number} other options in full, and exit."
             every.append(
                 TyperOption(
                     param_decls=["--help-all"],

@@ -93,10 +93,10 @@ def _contacts(incomplete: str) -> Iterable[str]:
     """Feet, and all that may be a contact, also after A+."""
     from shockpc.robot.feet_and_sensors import each_foot
 
-    robot, others = _robot(), incomplete[: incomplete.rfind("+") + 1]
-    if robot is None or (others and not _plain([others])):
+    robot, before = _robot(), incomplete[: incomplete.rfind("+") + 1]
+    if robot is None or (before and not _plain([before])):
         return []
-    return [others + name for name in _plain(dict.fromkeys([*each_foot(robot), *robot.frames]))]
+    return [before + name for name in _plain(dict.fromkeys([*each_foot(robot), *robot.frames]))]
 
 
 def _frames(incomplete: str) -> Iterable[str]:

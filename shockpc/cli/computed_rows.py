@@ -53,7 +53,7 @@ def computed(
             f"--jobs {run.jobs} is for this machine, but a cluster computes; leave one of the two "
             "out"
         )
-    done, rows = 0, evaluation.landings.rows
+    rows_done, rows = 0, evaluation.landings.rows
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if folder is None or format_ is None:
         if run.resume:
@@ -69,16 +69,16 @@ def computed(
         with workers as pool:
             files.prepare(run.resume)
             with closing(files.write(pool)) as written:
-                done = next(written)
-                advance = progress(f"{noun} computed", rows, done)
+                rows_done = next(written)
+                advance = progress(f"{noun} computed", rows, rows_done)
                 for count in written:
-                    done += count
+                    rows_done += count
                     advance(parts=count)
         yield files.table()
     except (ShockError, KeyboardInterrupt):
-        if done and format_ == "parquet":
+        if rows_done and format_ == "parquet":
             print_error(
-                f"{done} of {rows} rows are complete in {folder}; the same command with --resume "
-                f"continues"
+                f"{rows_done} of {rows} rows are complete in {folder}; the same command with "
+                f"--resume continues"
             )
         raise

@@ -92,13 +92,13 @@ def directions(text: str) -> tuple[str | Vector, ...]:
 
 def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
-    first, other = _split(text, "=", "FL_thigh=lf_upperleg")
+    first, second = _split(text, "=", "FL_thigh=lf_upperleg")
     globs = first.count("*")
-    if not (first and other) or globs != other.count("*") or globs > 1:
+    if not (first and second) or globs != second.count("*") or globs > 1:
         raise typer.BadParameter(
             f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*'
         )
-    return first, other
+    return first, second
 
 
 def span(text: str) -> Span:

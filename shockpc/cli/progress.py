@@ -38,13 +38,13 @@ def shown_trace() -> Trace:
     return ShownTrace() if sys.stderr.isatty() else Trace()
 
 
-def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
+def progress(noun: str, total: int, done: int = 0) -> Callable[..., None]:
     """A function to call with the name of each part that is done, or with a number of `parts`.
 
     Its line goes after the last part.
 
     Args:
-        what: is counted, such as "robots read".
+        noun: is counted, such as "robots read".
         total: number of parts.
         done: number of parts that an earlier run has done.
 
@@ -62,7 +62,7 @@ def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
         if sys.stderr.isatty():
             rate = (count - done) / max(time.monotonic() - start, 1e-9)
             text = (
-                f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, "
+                f"{noun}: {count} of {total}, {name or f'{rate:.0f} a second'}, "
                 f"{(total - count) / rate:.0f} s left"
             )
             _write(text if count < total else "")

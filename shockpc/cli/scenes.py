@@ -279,41 +279,43 @@ def _up(scene: Scene) -> tuple[str, ...]:
 
 def _with(record: AnyRecord, **values: Any) -> AnyRecord:
     """A record with those values that are not None; pairs of a mapping go over what it has."""
-    given: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     for name, value in values.items():
         present = getattr(record, name)
         if isinstance(present, Mapping) and isinstance(value, tuple):
-            given[name] = _replaced(present, value)
+            changes[name] = _replaced(present, value)
         elif value is not None:
-            given[name] = value
-    return dataclasses.replace(record, **given)
+            changes[name] = value
+    return dataclasses.replace(record, **changes)
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
-    given = options.fields(Posture)
-    if "base_rpy_deg" in given:
+    typed_fields = options.fields(Posture)
+    if "base_rpy_deg" in typed_fields:
         posture = dataclasses.replace(posture, base_quaternion=None)
-    return _with(posture, **given, joints_deg=_replaced(posture.joints_deg, options.set))
+    return _with(posture, **typed_fields, joints_deg=_replaced(posture.joints_deg, options.set))
 
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
-    given = options.fields(Joints)
+    typed_fields = options.fields(Joints)
     # A model that is typed replaces what the scene says of drives; what is typed beside it counts
     # with it.
-    joints = with_model(joints, given["model"]) if "model" in given else joints
+    joints = with_model(joints, typed_fields["model"]) if "model" in typed_fields else joints
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
     motors = [
         (name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k, gear=gear))
         for name, (inertia, n, k, gear) in options.rotor
     ]
     # One way of giving a joint's drive replaces the scene's way.
-    rotor = {name: one for name, one in joints.rotor.items() if name not in dict(options.armature)}
+    rotor = {
+        name: drive for name, drive in joints.rotor.items() if name not in dict(options.armature)
+    }
     armature = {
-        name: one for name, one in joints.armature.items() if name not in dict(options.rotor)
+        name: drive for name, drive in joints.armature.items() if name not in dict(options.rotor)
     }
     return _with(
         joints,
-        **given,
+        **typed_fields,
         armature=_replaced(armature, options.armature),
         rotor=_replaced(rotor, motors),
         stiffness=_replaced(joints.stiffness, options.joint_stiffness),
@@ -326,11 +328,13 @@ def _strike(strike: Strike, options: SceneOptions) -> Strike:
 
     One way of giving the velocity replaces the scene's way.
     """
-    given = options.fields(Strike)
-    replaced: dict[str, Any] = dict.fromkeys(replaced_ways(given))
+    typed_fields = options.fields(Strike)
+    replaced: dict[str, Any] = dict.fromkeys(replaced_ways(typed_fields))
     strike = dataclasses.replace(strike, **replaced)
     return _with(
-        strike, **given, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity)
+        strike,
+        **typed_fields,
+        joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity),
     )
 
 
@@ -339,5 +343,5 @@ def _replaced(values: Mapping[str, T], settings: Iterable[tuple[str, T]]) -> dic
 
     Later entries take precedence, so a name that is set again moves to the end.
     """
-    given = dict(settings)
-    return {name: value for name, value in values.items() if name not in given} | given
+    replacing = dict(settings)
+    return {name: value for name, value in values.items() if name not in replacing} | replacing

@@ -137,6 +137,12 @@ def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
         yield f"and {len(left)} other cause{'s' * (len(left) > 1)}"
 
 
+def not_computed(failures: Iterable[tuple[object, object]], noun: str, most: int) -> list[str]:
+    """A line for each of the most frequent causes of failures, by the names of these."""
+    groups = causes((name, str(reason)) for name, reason in failures)
+    return [f"not computed: {line}" for line in cause_lines(groups, noun, most)]
+
+
 def in_degrees(angle: float) -> float:
     """An angle [rad] in degrees without the rounding of its conversion.
 

@@ -85,7 +85,7 @@ def _loop_line(assembly: Assembly) -> str:
 
 def _stop_lines(profile: ShockProfile) -> list[str]:
     """A line for each end stop that acts, with its impulse."""
-    striking = [block for block in profile.landing.contacts if block.kind == "stop"]
+    striking = [contact for contact in profile.landing.contacts if contact.kind == "stop"]
     acting = profile.landing.acting
     if not profile.scene.stops and not striking:
         return []

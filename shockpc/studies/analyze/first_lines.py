@@ -46,17 +46,17 @@ def drives_text(profile: ShockProfile) -> str:
     return text
 
 
-def range_text(profile: ShockProfile, found: Range | None) -> str:
+def range_text(profile: ShockProfile, over_drives: Range | None) -> str:
     """A range in brackets, with how well the drives are known; empty where that is exactly."""
-    return "" if found is None else f" ({ends_text(found)}, {drives_text(profile)})"
+    return "" if over_drives is None else f" ({ends_text(over_drives)}, {drives_text(profile)})"
 
 
-def ends_text(found: Range | None) -> str:
+def ends_text(over_drives: Range | None) -> str:
     """The ends of a range, and whether they are those of samples; empty without a range."""
-    if found is None:
+    if over_drives is None:
         return ""
-    text = f"{rounded(found.smallest)} … {rounded(found.largest)}"
-    return f"{text}, sampled" if found.kind == "samples" else text
+    text = f"{rounded(over_drives.smallest)} … {rounded(over_drives.largest)}"
+    return f"{text}, sampled" if over_drives.kind == "samples" else text
 
 
 def shock_text(profile: ShockProfile, place: Place) -> str:
@@ -64,11 +64,11 @@ def shock_text(profile: ShockProfile, place: Place) -> str:
     wanted, mu = shock_of(profile), sliding_friction(profile)
     (value,) = profile.numbers(wanted, [place]).tolist()
     text = f"{place.title} {rounded(value)}"
-    found = range_text(profile, range_of(profile, wanted, place))
+    ends = range_text(profile, range_of(profile, wanted, place))
     if mu is None:
-        return text + found
+        return text + ends
     (sticking,) = profile.numbers(select("point.shock"), [place]).tolist()
-    return f"{text} with friction {mu:g}{found}, sticking {rounded(sticking)}"
+    return f"{text} with friction {mu:g}{ends}, sticking {rounded(sticking)}"
 
 
 def sliding_friction(profile: ShockProfile) -> float | None:
@@ -162,7 +162,7 @@ def worst_margins(profiles: Sequence[ShockProfile]) -> list[tuple[float, str]] |
     return worst if any(name for _, name in worst) else None
 
 
-def mass_text(profile: ShockProfile, contact: ContactImpulse, block: Constraint) -> str:
+def mass_text(profile: ShockProfile, contact: ContactImpulse, constraint: Constraint) -> str:
     """The effective mass of a contact with the rows that act, in words.
 
     Beside it is that along the normal alone (Khatib).
@@ -171,25 +171,25 @@ def mass_text(profile: ShockProfile, contact: ContactImpulse, block: Constraint)
     if len(profile.contacts) == 1 and np.isfinite(profile.effective_mass):
         acting = profile.effective_mass
     text = f"effective mass {rounded(acting)} kg"
-    if slides_freely(block):
+    if slides_freely(constraint):
         return text
     normal = rounded(contact.effective_mass_frictionless)
     return f"{text} ({normal} kg along the normal, without friction)"
 
 
-def slides_freely(block: Constraint) -> bool:
+def slides_freely(constraint: Constraint) -> bool:
     """True if a contact is held along its normal alone."""
-    return bool(np.linalg.matrix_rank(block.forces) == 1)
+    return bool(np.linalg.matrix_rank(constraint.forces) == 1)
 
 
-def friction_text(contact: ContactImpulse, block: Constraint) -> str:
+def friction_text(contact: ContactImpulse, constraint: Constraint) -> str:
     """Words on whether a contact sticks, and with which friction, or slides."""
-    if slides_freely(block):
+    if slides_freely(constraint):
         return "slides without friction"
     if contact.friction_needed is None:
         return "has to be pulled"
     sticks = f"with friction {rounded(contact.friction_needed)} or more"
-    if np.linalg.matrix_rank(block.forces) == 3:
+    if np.linalg.matrix_rank(constraint.forces) == 3:
         return f"sticks {sticks}"
     return f"slides freely along one direction, and sticks along the other {sticks}"
 

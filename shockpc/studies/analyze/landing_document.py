@@ -21,7 +21,7 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         spectrum: whether it has the shock response spectra of the points, with a contact stiffness.
     """
     robot, assembly, friction = profile.robot, profile.assembly, profile.friction
-    found = {
+    entries = {
         "unknowns": profile.unknowns,
         "range": _range(profile),
         "robot": {
@@ -52,8 +52,8 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         },
     }
     for document_of in from_wings("report", "document"):
-        found |= document_of(profile, spectrum)
-    return found
+        entries |= document_of(profile, spectrum)
+    return entries
 
 
 def _range(profile: ShockProfile) -> dict[str, Any] | None:
@@ -61,12 +61,12 @@ def _range(profile: ShockProfile) -> dict[str, Any] | None:
 
     None where all drives are known exactly.
     """
-    if (found := first_range(profile)) is None:
+    if (over_drives := first_range(profile)) is None:
         return None
     wanted, place = shock_of(profile), first_place(profile)
     (value,) = profile.numbers(wanted, [place]).tolist()
     first = {"quantity": wanted.quantity.key, "at": place.name, "value": value}
-    return {**first, **found._asdict(), "deciding": first_deciding(profile)}
+    return {**first, **over_drives._asdict(), "deciding": first_deciding(profile)}
 
 
 def _drives(profile: ShockProfile) -> dict[str, Any]:

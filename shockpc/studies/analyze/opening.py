@@ -196,10 +196,10 @@ def _joint_text(profile: ShockProfile) -> str:
 def _ground_text(profile: ShockProfile) -> str:
     """Impulse, friction and effective mass at the contacts."""
     texts = []
-    blocks = profile.landing.contacts
-    for k, (contact, block) in enumerate(zip(profile.contacts, blocks, strict=True)):
-        if block.kind == "stop":
-            texts.append(stop_text(contact, block))
+    constraints = profile.landing.contacts
+    for k, (contact, constraint) in enumerate(zip(profile.contacts, constraints, strict=True)):
+        if constraint.kind == "stop":
+            texts.append(stop_text(contact, constraint))
         else:
             texts.append(f"{contact.frame}: {_contact_text(profile, k)}")
     return few(texts, MOST, "; ")
@@ -207,7 +207,7 @@ def _ground_text(profile: ShockProfile) -> str:
 
 def _contact_text(profile: ShockProfile, k: int) -> str:
     """Impulse, friction and effective mass at a contact."""
-    contact, block = profile.contacts[k], profile.landing.contacts[k]
+    contact, constraint = profile.contacts[k], profile.landing.contacts[k]
     if profile.friction is not None and sliding_friction(profile) is not None:
         size = math.hypot(*profile.value("impulse_friction", "contact")[k])
         state = profile.friction.state[k]
@@ -215,5 +215,5 @@ def _contact_text(profile: ShockProfile, k: int) -> str:
     if contact.impulse is None:
         return "impulse not determined, because rows are redundant"
     size = math.hypot(*contact.impulse)
-    mass, friction = mass_text(profile, contact, block), friction_text(contact, block)
+    mass, friction = mass_text(profile, contact, constraint), friction_text(contact, constraint)
     return f"impulse {rounded(size)} N s, {mass}, {friction}"

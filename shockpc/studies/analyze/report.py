@@ -1,6 +1,7 @@
 """The reports of landings: the lines of each with its tables, and the shocks of several."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -31,7 +32,7 @@ from shockpc.studies.analyze.several import Reports, landings_sheet, landings_vi
 from shockpc.studies.analyze.sheets import landing_tables
 from shockpc.studies.analyze.views import shown_tables, worst_bodies
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import cause_lines, causes
+from shockpc.text.printed import not_computed
 from shockpc.text.wings import from_wings
 
 WORST, JOINTS = 6, 3
@@ -51,7 +52,7 @@ def landing_report(
     profile: ShockProfile,
     bodies: Sequence[int] | None = None,
     spectrum: bool = False,
-    whole: bool = False,
+    all_tables: bool = False,
     remarks: Sequence[Line] = (),
     live: Sequence[str] = (),
 ) -> Report:
@@ -61,7 +62,7 @@ def landing_report(
     are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also
     damage_boundary.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock
     response spectrum, which then is in profile.json too. On a terminal only the answer is shown, or
-    with `whole` all tables.
+    all tables with `all_tables`.
     """
     return Report(
         name="profile",
@@ -69,7 +70,7 @@ def landing_report(
         body=lambda full: _sections(profile, bodies, spectrum, remarks, None if full else 6),
         page_body=lambda: _sections(profile, bodies, spectrum, remarks, None, LIVE),
         width=WIDTH,
-        brief=None if whole else lambda: _answer(profile, bodies, remarks),
+        brief=None if all_tables else lambda: _answer(profile, bodies, remarks),
         closing=closing_lines(profile),
         warnings=other_warning_lines(profile),
         sheets=landing_tables(profile, bodies),
@@ -85,15 +86,15 @@ def document(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
 
     Args: profile; spectrum, whether it has the shock response spectra of the points.
     """
-    found: dict[str, Any] = landing_report(profile, spectrum=spectrum).json()
-    return found
+    entries: dict[str, Any] = landing_report(profile, spectrum=spectrum).json()
+    return entries
 
 
 def analyze_report(
     landings: Mapping[str, ShockProfile],
     bodies: Sequence[int] | None = None,
     spectrum: bool = False,
-    whole: bool = False,
+    all_tables: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
     remarks: Sequence[Line] = (),
     live: Sequence[str] = (),
@@ -104,64 +105,66 @@ def analyze_report(
         landings: by the names of their folders.
         bodies: indices of the only bodies that are shown.
         spectrum: whether to draw the shock response spectrum of the points.
-        whole: whether a terminal shows all tables of each.
+        all_tables: whether a terminal shows all tables of each.
         failures: why others could not be computed, by name.
         remarks: what landings on whole feet and on all level feet give, each with its heading.
         live: names or globs of joints that have sliders in report.html; of one landing those that
             carry the contact always have.
     """
     parts = Reports(
-        landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remarks, live)
+        landings,
+        lambda profile: landing_report(profile, bodies, spectrum, all_tables, remarks, live),
     )
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
-    profiles, reasons = (
-        list(landings.values()),
-        [(name, str(reason)) for name, reason in failures.items()],
-    )
-    sheets = {
-        "summary": lambda: _side_by_side(profiles, bodies),
-        "landings": lambda: landings_sheet(landings),
-    }
-
-    def answers() -> list[Section]:
-        head = [*several_lines(landings), *landing_lines(common_lines(landings))]
-        head += [("contact", contacts_text(profiles)), *warning_count(profiles)]
-        asked = [sheets["summary"]()] if bodies else []
-        head += remarks
-        return [
-            Lines(head),
-            landings_view(landings),
-            *asked,
-            Lines([MORE]),
-            Lines(shared_warnings(landings)),
-        ]
-
+    profiles = list(landings.values())
+    brief = None
+    if not all_tables:
+        brief = partial(_answer_of_several, landings, bodies, remarks)
     return Report(
         name="summary",
         width=WIDTH,
-        brief=None if whole else answers,
+        brief=brief,
         page="summary",
         body=lambda _: [
             Lines([*several_lines(landings), *warning_count(profiles)]),
             landings_view(landings),
-            sheets["summary"](),
+            _side_by_side(profiles, bodies),
             *_damage_picture(profiles),
         ],
-        sheets=sheets,
-        warnings=[
-            f"not computed: {line}"
-            for line in cause_lines(causes(reasons), "landings", len(reasons))
-        ],
-        document=lambda: (
-            {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]}
-            if reasons
-            else {}
-        ),
+        sheets={
+            "summary": lambda: _side_by_side(profiles, bodies),
+            "landings": lambda: landings_sheet(landings),
+        },
+        warnings=not_computed(failures.items(), "landings", len(failures)),
+        document=lambda: _failures(failures),
         landings=landings,
         live=live or None,
         parts=parts,
     )
+
+
+def _answer_of_several(
+    landings: Mapping[str, ShockProfile], bodies: Sequence[int] | None, remarks: Sequence[Line]
+) -> list[Section]:
+    """The shocks of several landings side by side, what is common to them, and their warnings."""
+    profiles = list(landings.values())
+    lines = [*several_lines(landings), *landing_lines(common_lines(landings))]
+    lines += [("contact", contacts_text(profiles)), *warning_count(profiles), *remarks]
+    sections: list[Section] = [Lines(lines), landings_view(landings)]
+    if bodies:
+        sections.append(_side_by_side(profiles, bodies))
+    return [*sections, Lines([MORE]), Lines(shared_warnings(landings))]
+
+
+def _failures(failures: Mapping[str, ShockError]) -> dict[str, Any]:
+    """The entry of the document for landings that could not be computed; none without any."""
+    if not failures:
+        return {}
+    entries = []
+    for name, reason in failures.items():
+        entries.append({"landing": name, "reason": str(reason)})
+    return {"failures": entries}
 
 
 def _sections(

@@ -83,7 +83,7 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     The worst of all is given if it is another one.
     """
     profiles = list(landings.values())
-    place, *others = _places(profiles)
+    place, *further_places = _places(profiles)
     shocks = np.array([_shock(profile, place) for profile in profiles])
     single = [k for k, profile in enumerate(profiles) if len(profile.scene.contact) == 1]
     worst = _worst(shocks)
@@ -106,10 +106,10 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
             texts.append(f"worst of all {named[worst]} ({of_worst})")
     names = short_names(profiles)
     # At each further place another landing may be the worst.
-    for other in others:
-        values = np.array([_shock(profile, other) for profile in profiles])
+    for further in further_places:
+        values = np.array([_shock(profile, further) for profile in profiles])
         k = _worst(values)
-        texts.append(f"{other.title} up to {rounded(values[k])} ({names[k]})")
+        texts.append(f"{further.title} up to {rounded(values[k])} ({names[k]})")
     return "; ".join(texts)
 
 
@@ -125,38 +125,38 @@ def _where_text(profile: ShockProfile, name: str) -> str:
     return f"{name}; {ends}" if ends else name
 
 
-def level_text(given: ShockProfile, joint: ShockProfile) -> str:
+def level_text(profile: ShockProfile, on_all: ShockProfile) -> str:
     """Words on feet that are level with the contacts of a landing, and on a landing on all of them.
 
-    Args: joint, that landing.
+    Args: on_all, that landing.
     """
-    struck = {block.body for block in given.landing.contacts}
-    others = [block.frame for block in joint.landing.contacts if block.body not in struck]
-    are, them = ("are", "them") if len(others) > 1 else ("is", "it")
-    within = f"within {1e3 * given.scene.ground_tolerance:g} mm"
+    struck = {contact.body for contact in profile.landing.contacts}
+    left_out = [contact.frame for contact in on_all.landing.contacts if contact.body not in struck]
+    are, them = ("are", "them") if len(left_out) > 1 else ("is", "it")
+    within = f"within {1e3 * profile.scene.ground_tolerance:g} mm"
     return (
-        f"{few(others, 8)} {are} as low ({within}); with {them}, {landing_text(joint)}: "
-        f"{_first_text(given, joint)}"
+        f"{few(left_out, 8)} {are} as low ({within}); with {them}, {landing_text(on_all)}: "
+        f"{_first_text(profile, on_all)}"
     )
 
 
-def _first_text(given: ShockProfile, other: ShockProfile) -> str:
-    """The shock of another landing at the first place of one that is given."""
-    place = first_place(given)
-    return f"{place.title} {rounded(_shock(other, place))}"
+def _first_text(profile: ShockProfile, landing: ShockProfile) -> str:
+    """The shock of another landing at the first place of a landing."""
+    place = first_place(profile)
+    return f"{place.title} {rounded(_shock(landing, place))}"
 
 
-def whole_feet_text(given: ShockProfile, whole: ShockProfile) -> str:
-    """Words on a landing on whole feet, of which a given landing strikes parts.
+def whole_feet_text(profile: ShockProfile, on_feet: ShockProfile) -> str:
+    """Words on a landing on whole feet, of which a landing strikes parts.
 
-    Args: given, that landing; whole, on the feet.
+    Args: profile, that landing; on_feet, the other.
     """
-    named = {contact.frame for contact in whole.scene.contact}
-    parts = [contact.frame for contact in given.scene.contact if contact.frame not in named]
-    found = _first_text(given, whole)
+    named = {contact.frame for contact in on_feet.scene.contact}
+    parts = [contact.frame for contact in profile.scene.contact if contact.frame not in named]
+    shock = _first_text(profile, on_feet)
     are_parts = "are only parts of feet" if len(parts) > 1 else "is only part of a foot"
     return (
-        f"{few(parts, 8)} {are_parts}, and other parts are as low; {landing_text(whole)}: {found}"
+        f"{few(parts, 8)} {are_parts}, and other parts are as low; {landing_text(on_feet)}: {shock}"
     )
 
 
@@ -203,9 +203,9 @@ def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Heading, Sequ
     smallest: list[Cell] = []
     largest: list[Cell] = []
     for profile in profiles:
-        found = first_range(profile)
-        smallest.append(None if found is None else found.smallest)
-        largest.append(None if found is None else found.largest)
+        over_drives = first_range(profile)
+        smallest.append(None if over_drives is None else over_drives.smallest)
+        largest.append(None if over_drives is None else over_drives.largest)
     if all(end is None for end in smallest):
         return {}
     return {
@@ -236,8 +236,8 @@ def landings_view(landings: Mapping[str, ShockProfile]) -> Sheet:
     """
     profiles = list(landings.values())
     shown = {first_place(profiles[0]).name, *asked_names(profiles[0])}
-    others = [place for place in _places(profiles) if place.name not in shown]
-    left_out = [Heading.of(f"{place.title} [-]").key for place in others]
+    hidden = [place for place in _places(profiles) if place.name not in shown]
+    left_out = [Heading.of(f"{place.title} [-]").key for place in hidden]
     sheet = landings_sheet(landings).without("landing", *left_out)
     return sheet._replace(header=[Heading("short_name", "landing"), *sheet.header[1:]])
 

@@ -107,7 +107,7 @@ def landing_tables(
         "contacts": (True, contacts_sheet),
         "shocks": (True, shocks_sheet),
         "directions": (
-            any(block.kind != "stop" for block in profile.landing.contacts),
+            any(contact.kind != "stop" for contact in profile.landing.contacts),
             directions_sheet,
         ),
         "joints": (profile.robot.joint_names, joints_sheet),
@@ -345,9 +345,9 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
     smallest: list[float | None] = []
     largest: list[float | None] = []
     for place in places:
-        found = range_of(profile, shock_of(profile), place) if place.name in shown else None
-        smallest.append(None if found is None else found.smallest)
-        largest.append(None if found is None else found.largest)
+        over_drives = range_of(profile, shock_of(profile), place) if place.name in shown else None
+        smallest.append(None if over_drives is None else over_drives.smallest)
+        largest.append(None if over_drives is None else over_drives.largest)
     columns: dict[Any, Any] = {
         "shock at": [place.title for place in places],
         **_quantities(profile, "point", places, *keys),

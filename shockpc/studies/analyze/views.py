@@ -284,7 +284,7 @@ def _joint_model_sizes(profile: ShockProfile, _: Sheet) -> list[float]:
 
 
 def _has_directions(profile: ShockProfile) -> bool:
-    return any(block.kind != "stop" for block in profile.landing.contacts)
+    return any(contact.kind != "stop" for contact in profile.landing.contacts)
 
 
 def _directions_of_moved(profile: ShockProfile) -> Sheet:

@@ -12,7 +12,7 @@ from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.window import windows_of
 from shockpc.show.tables import rounded
 from shockpc.studies.batch.rows import Batch, BatchRow
-from shockpc.studies.batch.tables import landing_text
+from shockpc.studies.batch.tables import short_landing_name
 from shockpc.text.printed import printable
 
 COLUMNS = 8
@@ -79,7 +79,7 @@ def _heading(batch: Batch, rows: list[BatchRow]) -> list[str]:
 def _caption(batch: Batch, row: BatchRow, rank: int) -> list[str]:
     """Rank and name of a robot, its landing, and the number by which it is ranked."""
     text = f"{rank} " if row.drives_known else "– "
-    landing = landing_text(row)
+    landing = short_landing_name(row)
     if row.of_scene:
         landing += f", {Path(row.source).name}"
     number = f"{batch.rank} {rounded(row.values[batch.rank])}"

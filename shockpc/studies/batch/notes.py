@@ -19,11 +19,11 @@ NO_DRIVES = {
 
 def robot_notes(batch: Batch) -> Iterator[str]:
     """Notes that explain the columns of robots, and what distinguishes some robots."""
-    what = "|Δv| / v_in"
+    title = "|Δv| / v_in"
     if batch.rank != "shock":
-        what = select(batch.rank.partition("@")[0]).quantity.title
+        title = select(batch.rank.partition("@")[0]).quantity.title
     landings = count(len(batch.rows), "landing")
-    yield f"{batch.rank}: {what}, the worst of {landings}; --landings prints all of them"
+    yield f"{batch.rank}: {title}, the worst of {landings}; --landings prints all of them"
     yield "smallest (as found) and largest: over the possible drives"
     yield (
         "mass: effective mass of all contacts; IMF: smallest impact mitigation factor of the "

@@ -18,7 +18,7 @@ from shockpc.studies.batch.tables import (
     short_landings_sheet,
     short_robots_sheet,
 )
-from shockpc.text.printed import cause_lines, causes
+from shockpc.text.printed import not_computed
 
 CAUSES = 20
 """Different causes of landings that could not be computed that are shown."""
@@ -63,7 +63,7 @@ def _failure_lines(batch: Batch) -> list[str]:
     for failure in batch.failures:
         name = f"{batch.name_of(failure)} {failure.contact}".rstrip()
         failures.append((name, failure.reason))
-    return [f"not computed: {line}" for line in cause_lines(causes(failures), "landings", CAUSES)]
+    return not_computed(failures, "landings", CAUSES)
 
 
 def _document(batch: Batch) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def _robot_cells(batch: Batch, row: BatchRow, asked: list[str]) -> Row:
         robot,
         at,
         kind,
-        landing_text(row),
+        short_landing_name(row),
         value,
         smallest,
         largest,
@@ -178,7 +178,7 @@ def sensors_sheet(batch: Batch) -> Sheet:
     return Sheet("shock at sensors and points", ("robot", "contact", "at", "shock [-]"), rows)
 
 
-def landing_text(row: BatchRow) -> str:
+def short_landing_name(row: BatchRow) -> str:
     """The contacts that strike, in short words, such as "all four feet" or "FL + FR"."""
     return landing_name(row.contact.split("+"), row.feet)
 

@@ -121,8 +121,8 @@ def check(
 
     formats = format_ or (("table", None),)
     _refuse_two_documents([name for name, file in formats if file is None])
-    given = read_budgets(budgets or budgets_file(Path.cwd()))
-    baseline = baseline or given.baseline
+    to_check = read_budgets(budgets or budgets_file(Path.cwd()))
+    baseline = baseline or to_check.baseline
     if update_baseline and baseline is None:
         raise StudyError(
             "--update-baseline needs the file to write; name it with --baseline, such as "
@@ -132,7 +132,7 @@ def check(
     if update_baseline and baseline is not None:
         renewed, baseline = writable(baseline, "--baseline"), None
     checked = check_budgets(
-        given, baseline, update_baseline, partial(progress, "landings computed")
+        to_check, baseline, update_baseline, partial(progress, "landings computed")
     )
     written = [file for _, file in formats if file is not None]
     if renewed is not None:

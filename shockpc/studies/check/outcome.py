@@ -146,7 +146,9 @@ class Check:
 
     def __repr__(self) -> str:
         statuses = [outcome.status for outcome in self.outcomes]
-        return brief(self, *(f"{statuses.count(one)} {one}" for one in dict.fromkeys(statuses)))
+        return brief(
+            self, *(f"{statuses.count(status)} {status}" for status in dict.fromkeys(statuses))
+        )
 
     @property
     def table(self) -> Table:

@@ -43,11 +43,11 @@ class Planned(NamedTuple):
     designs: Evaluation[VariedLandings] | None
 
 
-def plan(given: Budgets, baseline: Baseline | None, records: dict[str, Any]) -> Iterator[Planned]:
+def plan(budgets: Budgets, baseline: Baseline | None, records: dict[str, Any]) -> Iterator[Planned]:
     """All landings that have budgets.
 
     Args:
-        given: cases and their limits.
+        budgets: cases and their limits.
         baseline: numbers of an earlier design.
         records: filled with scene and design of each case that has budgets, by its name.
 
@@ -55,19 +55,19 @@ def plan(given: Budgets, baseline: Baseline | None, records: dict[str, Any]) -> 
         StudyError: a scene, a robot or a name in a budget is not valid, or the baseline is of
             another scene.
     """
-    names = [case.name for case in given.cases]
+    names = [case.name for case in budgets.cases]
     cases_of = []
-    for k, budget in enumerate(given.budgets):
-        where = f"{given.path}, budget[{k}]"
+    for k, budget in enumerate(budgets.budgets):
+        where = f"{budgets.path}, budget[{k}]"
         cases_of.append(match(budget.case, names, "case", where, ""))
-    for case in given.cases:
+    for case in budgets.cases:
         numbers = [k for k, cases in enumerate(cases_of) if case.name in cases]
         if not numbers:
             continue
-        _refuse_percentiles(case, any(given.budgets[k].percentile is not None for k in numbers))
+        _refuse_percentiles(case, any(budgets.budgets[k].percentile is not None for k in numbers))
         for angle, scene in case.landings:
             try:
-                planned = _planned(given, baseline, records, case, angle, scene, numbers)
+                planned = _planned(budgets, baseline, records, case, angle, scene, numbers)
             except ShockError as refusal:
                 name = printable(case.name)
                 raise StudyError(f'case "{name}": {refusal}', **refusal.data) from None
@@ -91,7 +91,7 @@ def _refuse_percentiles(case: Case, sampled: bool) -> None:
 
 
 def _planned(
-    given: Budgets,
+    budgets: Budgets,
     baseline: Baseline | None,
     records: dict[str, Any],
     case: Case,
@@ -105,7 +105,7 @@ def _planned(
     """
     robot = robot_of(scene)
     landing = resolve(scene, robot)
-    selections = tuple(given.budgets[k].selection for k in numbers)
+    selections = tuple(budgets.budgets[k].selection for k in numbers)
     refuse_unused_ground(scene, selections)
     records[case.name] = case_record(landing, angle is None)
     if baseline is not None:
@@ -113,7 +113,7 @@ def _planned(
     places = {}
     columns = []
     for k in numbers:
-        budget = given.budgets[k]
+        budget = budgets.budgets[k]
         places[k] = _places(landing, budget.selection.quantity, budget.at)
         if baseline is not None and budget.baseline_tolerance is not None:
             for place in places[k]:
@@ -171,12 +171,12 @@ def _designs(
         selections: the quantities of all budgets of the landing.
     """
     together = [(unknown.quantity, unknown.values) for unknown in case.vary if unknown.quantity]
-    each = [(unknown.each, unknown.values) for unknown in case.vary if unknown.each]
+    one_by_one = [(unknown.each, unknown.values) for unknown in case.vary if unknown.each]
     source = varied_landings(
         scene,
         together,
         robot=robot,
-        vary_each=each,
+        vary_each=one_by_one,
         sample=int(case.designs),
         lhs=True,
         keep_joints=True,

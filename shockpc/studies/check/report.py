@@ -149,14 +149,14 @@ def cause_notes(outcomes: Sequence[Outcome]) -> list[str]:
 def _counts_text(check: Check) -> str:
     """The numbers of budgets that are met and that are not, in words."""
     failed = sum(outcome.fails and outcome.status == "exceeded" for outcome in check.outcomes)
-    others = {
+    rest = {
         "exceeded with a warning": check.count("exceeded") - failed,
         "undecided": check.count("undecided"),
         "not computed": check.count("not computed"),
         "skipped": check.count("skipped"),
     }
     counts = [f"{check.count('passed')} passed", f"{failed} exceeded"]
-    counts += [f"{number} {status}" for status, number in others.items() if number]
+    counts += [f"{number} {status}" for status, number in rest.items() if number]
     return ", ".join(counts)
 
 

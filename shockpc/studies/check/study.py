@@ -173,13 +173,13 @@ def _refuse_without_limits(budgets: Budgets) -> None:
 
 
 def _results(
-    planned: Sequence[Planned], done: Callable[[str], None], seconds: dict[str, float]
+    planned: Sequence[Planned], advance: Callable[[str], None], seconds: dict[str, float]
 ) -> list[ShockProfile | ShockError]:
     """The profile of each landing, or why there is none.
 
     Args:
         planned: the landings.
-        done: called with the name of the case after each landing.
+        advance: called with the name of the case after each landing.
         seconds: filled with the time that the landings of each case took, by its name [s].
     """
     start = time.perf_counter()
@@ -189,7 +189,7 @@ def _results(
         name, now = planned[int(k)].case.name, time.perf_counter()
         seconds[name] = seconds.get(name, 0.0) + now - start
         start = now
-        done(name)
+        advance(name)
 
     cases = {str(k): (landing.scene, landing.robot) for k, landing in enumerate(planned)}
     return list(proven(cases, None, done=landed).values())

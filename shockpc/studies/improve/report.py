@@ -121,7 +121,11 @@ def _lines(improvement: Improvement) -> list[tuple[str, str]]:
         lines.append(("as given", as_given))
     if improvement.chosen:
         lines.append(("by default", "; ".join(improvement.chosen)))
-    bounds = [f"{one.name} at its {one.bound} value" for one in improvement.variables if one.bound]
+    bounds = [
+        f"{variable.name} at its {variable.bound} value"
+        for variable in improvement.variables
+        if variable.bound
+    ]
     holding = few([*bounds, *improvement.active], 6)
     lines.append(("held by", holding or "nothing: it lies inside all ranges and constraints"))
     slopes = "exact derivatives" if improvement.cost.exact else "differences"
@@ -145,11 +149,11 @@ def _as_given(improvement: Improvement) -> str:
         return "no point is better, by more than a millionth"
     if not after > before:
         return ""
-    differing = [one.name for one in improvement.variables if math.isnan(one.before)]
+    differing = [variable.name for variable in improvement.variables if math.isnan(variable.before)]
     outside = []
-    for one, (low, high) in zip(improvement.variables, improvement.cost.bounds, strict=True):
-        if not low <= one.before <= high:
-            outside.append(one.name)
+    for variable, (low, high) in zip(improvement.variables, improvement.cost.bounds, strict=True):
+        if not low <= variable.before <= high:
+            outside.append(variable.name)
     reason = "it misses constraints"
     if differing:
         reason = f"the joints of {few(differing, 4)} have one value here, but differ there"
@@ -176,12 +180,12 @@ def _moves(improvement: Improvement) -> bool:
 
 def _drives(improvement: Improvement) -> Sheet:
     """The number and the optimum, as modelled and at both ends of the drives."""
-    cost, (given, after) = improvement.cost, improvement.values
-    whats = ("as given", "at the optimum as modelled", "at the best found")
-    names = [f"{what} [{cost.column.unit}]" for what in whats]
+    cost, (before, after) = improvement.cost, improvement.values
+    labels = ("as given", "at the optimum as modelled", "at the best found")
+    names = [f"{label} [{cost.column.unit}]" for label in labels]
     columns: dict[str, Sequence[str | float | None]] = {
         "number or variable": [*names, *cost.names],
-        "as modelled": [given, after, after, *improvement.x.tolist()],
+        "as modelled": [before, after, after, *improvement.x.tolist()],
     }
     for end, result in improvement.ends.items():
         if isinstance(result, ShockError):
@@ -216,8 +220,8 @@ def _over_drives(improvement: Improvement) -> list[tuple[str, str]]:
         best = f"{_with_unit(improvement, result.best)} at the best that is found"
         if math.isnan(result.best):
             best = "none is found"
-        given = _with_unit(improvement, result.given)
-        lines.append((f"{end} drives", f"{given} {there}; {best}"))
+        before = _with_unit(improvement, result.given)
+        lines.append((f"{end} drives", f"{before} {there}; {best}"))
     return lines
 
 

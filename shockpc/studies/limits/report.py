@@ -65,10 +65,10 @@ def limits_report(limits: JointLimits) -> Report:
 def _body(limits: JointLimits, rows: int | None) -> list[Section]:
     """The sections. Args: limits; rows, of the table of postures, about, or all."""
     heading = "joint" if limits.of_joints else "varied"
-    what = f"{limits.target.title} over {limits.subject} and strike angle"
+    caption = f"{limits.target.title} over {limits.subject} and strike angle"
     return [
         Lines([*header_lines(limits.profile), (heading, _scan_text(limits))]),
-        Picture("limits", what, "studies.limits.figure:draw_limits", (limits,)),
+        Picture("limits", caption, "studies.limits.figure:draw_limits", (limits,)),
         _allowed(limits),
         _best(limits),
         _postures(limits, rows),

@@ -17,7 +17,7 @@ from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import proof_text, robot_name
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import cause_lines, causes, few, listed
+from shockpc.text.printed import few, listed, not_computed
 
 MOST_MOVED = 0.01
 """Distance by which a place moves over the drives for the places of both ends to be given [m]."""
@@ -84,8 +84,7 @@ def _profiles(placement: PlaceStudy) -> dict[str, ShockProfile]:
 
 def _warnings(placement: PlaceStudy) -> list[str]:
     """Landings that could not be computed, points on other bodies, and what the landings share."""
-    refused = causes((name, str(reason)) for name, reason in placement.failures)
-    lines = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
+    lines = not_computed(placement.failures, "landings", 6)
     present = {sensor.name for sensor in placement.today}
     labels: dict[str, None] = {}
     for profile in placement.profiles:

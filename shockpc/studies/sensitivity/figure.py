@@ -64,8 +64,8 @@ def draw_tornado(sensitivity: Sensitivity) -> Figure:
     if sensitivity.target.selection.quantity.worse != "neither":
         marks.append(Patch(color=COLOURS[True], label="worse"))
         marks.append(Patch(color=COLOURS[False], label="better"))
-    given = "change as given, with its effect"
-    marks.append(Patch(facecolor=INK, edgecolor=INK, label=given))
+    solid = "change as given, with its effect"
+    marks.append(Patch(facecolor=INK, edgecolor=INK, label=solid))
     marks.append(Patch(facecolor="none", edgecolor=INK, label="the opposite change"))
     figure.legend(handles=marks, loc="outside lower right", ncols=len(marks), fontsize=7.0)
     return figure

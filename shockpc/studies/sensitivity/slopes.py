@@ -241,14 +241,14 @@ class _Beside:
         """
         sided = self._one_sided[todo]
         f = self._rows(todo, h)
-        whole, half, left = _differences(f, self._here, h, sided)
+        of_step, of_half, left = _differences(f, self._here, h, sided)
         central = np.nan_to_num(left * h)[~sided]
         if first or len(central):
             self._note_rounding(central, f)
         rounded = self._noise / h * np.where(sided, ONE_SIDED, 1.0)
         # (4 D(h/2) − D(h)) / 3, and how far both are apart.
-        slope = (4.0 * half - whole) / 3.0
-        apart = np.maximum(np.abs(whole - half), left) + rounded
+        slope = (4.0 * of_half - of_step) / 3.0
+        apart = np.maximum(np.abs(of_step - of_half), left) + rounded
         better = apart < self._error[todo]
         self._error[todo[better]] = apart[better]
         self._value[todo[better]] = np.where(np.abs(slope) > rounded, slope, 0.0)[better]
@@ -314,9 +314,9 @@ def _differences(
     bend = (f_0 - 2.0 * here + f_3) / h
     kink = 2.0 * (f_1 - 2.0 * here + f_2) / h
     left = np.where(one_sided, 0.0, np.abs(2.0 * kink - bend))
-    whole = np.where(one_sided, forward, central)
-    half = np.where(one_sided, forward_half, central_half)
-    return whole, half, left
+    of_step = np.where(one_sided, forward, central)
+    of_half = np.where(one_sided, forward_half, central_half)
+    return of_step, of_half, left
 
 
 def _settled(slope: Array, number: float, size: Array) -> Array:

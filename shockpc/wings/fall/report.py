@@ -16,7 +16,7 @@ from shockpc.show.document import record
 from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
-from shockpc.text.printed import cause_lines, causes, count, few, in_degrees, listed
+from shockpc.text.printed import count, few, in_degrees, listed, not_computed
 from shockpc.wings.fall.margins import EFFORTS
 from shockpc.wings.fall.planar_fall import Phase
 from shockpc.wings.fall.strikes import FallStrike
@@ -36,14 +36,13 @@ def fall_report(falls: Falls) -> Report:
     sheets = {"strikes": lambda: _every_strike(falls), "falls": lambda: _tips(falls)}
     if _judged(falls):
         sheets["margins"] = lambda: _margins(falls)
-    reasons = causes((name, str(error)) for name, error in falls.failures)
     return Report(
         name="fall",
         title=f"Falls of {falls.robot.label}, {manner(falls)}",
         body=lambda full: _body(falls, full),
         # All but the margins.
         lead=3 + bool(falls.results) + bool(falls.tips),
-        closing=[f"not computed: {line}" for line in cause_lines(reasons, "falls", 6)],
+        closing=not_computed(falls.failures, "falls", 6),
         warnings=list(_warnings(falls)),
         sheets=sheets,
         tables=True,
