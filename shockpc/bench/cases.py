@@ -359,8 +359,10 @@ def _corners(directions: Any, n: int) -> Built:
     )
     hinge, axis = np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y
     mast = Link(0, "revolute", hinge, axis, 1.0, *_rod(1.0, 0.4 * Z))
-    corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
-    contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
+    corners = (-0.3, -0.2, -0.1), (-0.3, 0.2, -0.1), (0.3, -0.2, -0.1), (0.3, 0.2, -0.1)
+    contacts = []
+    for corner in corners[:n]:
+        contacts.append(Contact(frame="link0", offset=corner, directions=directions))
     return landing(robot_from_links([body, mast], "brick"), *contacts)
 
 

@@ -246,11 +246,14 @@ def _partition(H: Array, J_c: Array, b: Array) -> Array:
     """
     if len(J_c) != 3 or len(H) < 3 or np.linalg.cond(J_c[:, :3]) > 1e3:
         raise UnsuitedError("Eq. 6 needs one sticking point on a free base")
+    # Δq̇ = T (Δq̇₁, Δq̇₂), in which the first three are those of the contact point.
+    to_point = np.linalg.inv(J_c[:, :3])
     T = np.eye(len(H))
-    T[:3, :3] = np.linalg.inv(J_c[:, :3])
-    T[:3, 3:] = -T[:3, :3] @ J_c[:, 3:]
+    T[:3, :3] = to_point
+    T[:3, 3:] = -to_point @ J_c[:, 3:]
     H = T.T @ H @ T
-    return np.asarray(T @ np.concatenate([-b, np.linalg.solve(H[3:, 3:], H[3:, :3] @ b)]))
+    of_others = np.linalg.solve(H[3:, 3:], H[3:, :3] @ b)
+    return np.asarray(T @ np.concatenate([-b, of_others]))
 
 
 def _reduced(H: Array, J_c: Array, b: Array) -> Array:
@@ -258,11 +261,15 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
 
     G spans the null space of J_c, and GᵀHG Δẏ = GᵀH J_c⁺ b.
     """
+    # J_c = U diag(s) Vᵀ, whose first columns span the range of J_cᵀ, and the others its complement.
     U, s, Vt = np.linalg.svd(J_c)
-    rank = int(np.sum(s > max(J_c.shape) * np.finfo(float).eps * s.max(initial=0.0)))
-    met = -Vt[:rank].T @ ((U[:, :rank].T @ b) / s[:rank])
+    least = max(J_c.shape) * np.finfo(float).eps * s.max(initial=0.0)
+    rank = int(np.sum(s > least))
+    # −J_c⁺ b
+    particular = -Vt[:rank].T @ ((U[:, :rank].T @ b) / s[:rank])
     G = Vt[rank:].T
-    return np.asarray(met - G @ np.linalg.solve(G.T @ H @ G, G.T @ (H @ met)))
+    HG = G.T @ H @ G
+    return np.asarray(particular - G @ np.linalg.solve(HG, G.T @ (H @ particular)))
 
 
 def _one_restitution(system: System) -> float:

@@ -73,6 +73,33 @@ def at_drive_ends(
     return studies
 
 
+def any_moves(ends: Mapping[End, T | ShockError], moves: Callable[[T], bool]) -> bool:
+    """True if an end has no answer, or one that differs.
+
+    Args:
+        ends: of `at_drive_ends`.
+        moves: True for a study that differs from that with the drives as modelled.
+    """
+    return any(isinstance(end, ShockError) or moves(end) for end in ends.values())
+
+
+def answer_lines(
+    modelled: T, ends: Mapping[End, T | ShockError], answer: Callable[[T], str]
+) -> list[str]:
+    """A line for the answer as modelled, and for that at each end.
+
+    Args:
+        modelled: the study with the drives as modelled.
+        ends: of `at_drive_ends`.
+        answer: the answer of a study in words.
+    """
+    lines = [f"  as modelled: {answer(modelled)}"]
+    for end, result in ends.items():
+        words = f"none, because {result}" if isinstance(result, ShockError) else answer(result)
+        lines.append(f"  {end} inertias: {words}")
+    return lines
+
+
 def _inertias(model: JointModel, end: End) -> Array:
     """The reflected inertias (nv,) of an end; infinite where a joint is held."""
     return model.low if end == "smallest" else model.high

@@ -84,6 +84,18 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     """
     profiles = list(landings.values())
     place, *further_places = _places(profiles)
+    texts = _first_place_texts(profiles, place)
+    names = short_names(profiles)
+    # At each further place another landing may be the worst.
+    for further in further_places:
+        values = np.array([_shock(profile, further) for profile in profiles])
+        k = _worst(values)
+        texts.append(f"{further.title} up to {rounded(values[k])} ({names[k]})")
+    return "; ".join(texts)
+
+
+def _first_place_texts(profiles: Sequence[ShockProfile], place: Place) -> list[str]:
+    """The shock at the first place in the landings that matter, in words."""
     shocks = np.array([_shock(profile, place) for profile in profiles])
     single = [k for k, profile in enumerate(profiles) if len(profile.scene.contact) == 1]
     worst = _worst(shocks)
@@ -92,25 +104,18 @@ def worst_text(landings: Mapping[str, ShockProfile]) -> str:
     if 0 in single or not single:
         number = named[worst] + _first_range_text(profiles[worst])
         text = f"worst of {len(profiles)} landings, {landing_text(profiles[worst])}"
-        texts = [f"{text}: {place.title} {number}"]
-    else:
-        foot = single[_worst(shocks[single])]
-        number = named[0] + _first_range_text(profiles[0])
-        of_foot = _where_text(profiles[foot], contact_name(profiles[foot].scene))
-        texts = [
-            f"{landing_text(profiles[0])}: {place.title} {number}",
-            f"worst single foot {named[foot]} ({of_foot})",
-        ]
-        if worst not in (0, foot):
-            of_worst = _where_text(profiles[worst], landing_text(profiles[worst]))
-            texts.append(f"worst of all {named[worst]} ({of_worst})")
-    names = short_names(profiles)
-    # At each further place another landing may be the worst.
-    for further in further_places:
-        values = np.array([_shock(profile, further) for profile in profiles])
-        k = _worst(values)
-        texts.append(f"{further.title} up to {rounded(values[k])} ({names[k]})")
-    return "; ".join(texts)
+        return [f"{text}: {place.title} {number}"]
+    foot = single[_worst(shocks[single])]
+    number = named[0] + _first_range_text(profiles[0])
+    of_foot = _where_text(profiles[foot], contact_name(profiles[foot].scene))
+    texts = [
+        f"{landing_text(profiles[0])}: {place.title} {number}",
+        f"worst single foot {named[foot]} ({of_foot})",
+    ]
+    if worst not in (0, foot):
+        of_worst = _where_text(profiles[worst], landing_text(profiles[worst]))
+        texts.append(f"worst of all {named[worst]} ({of_worst})")
+    return texts
 
 
 def _first_range_text(profile: ShockProfile) -> str:

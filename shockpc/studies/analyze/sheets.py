@@ -19,7 +19,7 @@ from shockpc.quantities.records import ContactImpulse, PartMargin, StanceImpulse
 from shockpc.quantities.selection import quantities_of, quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
-from shockpc.show.tables import Heading, Row, Sheet
+from shockpc.show.tables import Cell, Heading, Row, Sheet
 from shockpc.show.wording import mostly_off_plane
 from shockpc.studies.analyze.first_lines import shown_places
 from shockpc.text.wings import from_wings
@@ -129,25 +129,23 @@ def _quantities(
     titles = dict(TITLES.get(kind, {}))
     for of_wing in from_wings("report", "TITLES"):
         titles |= of_wing.get(kind, {})
+    if not keys:
+        others = [entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES]
+        keys = tuple(dict.fromkeys([*titles, *others]))
     columns: dict[Any, Any] = {}
-    every = dict.fromkeys(
-        [
-            *titles,
-            *(entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES),
-        ]
-    )
-    for key in keys or every:
+    for key in keys:
         entry = quantity(kind, key)
         values = profile.value(key, kind, places)
         if np.isnan(values).all() and key not in ALWAYS.get(kind, ()):
             continue
         unit = "" if entry.flag else f" [{entry.unit_text}]"
         head = titles.get(key, f"{key}{' {}' * entry.vector}{unit}")
-        for axis, part in (
-            dict(zip("xyz", values.T, strict=True)).items() if entry.vector else [("", values)]
-        ):
-            column = Heading.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
-            columns[column] = part.astype(bool) if entry.flag else part
+        components = {"": values}
+        if entry.vector:
+            components = dict(zip("xyz", values.T, strict=True))
+        for axis, component in components.items():
+            heading = Heading.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
+            columns[heading] = component.astype(bool) if entry.flag else component
     return columns
 
 
@@ -204,14 +202,9 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
     sheet = Sheet.of("contacts", columns)
     if len(places) < 2:
         return sheet
-    sums = {
-        "contact": "total",
-        **dict(
-            zip(
-                ("impulse_x", "impulse_y", "impulse_z"), profile.total_impulse.tolist(), strict=True
-            )
-        ),
-    }
+    sums: dict[str, Cell] = {"contact": "total"}
+    for axis, impulse in zip("xyz", profile.total_impulse.tolist(), strict=True):
+        sums[f"impulse_{axis}"] = impulse
     return sheet._replace(rows=[*sheet.rows, [sums.get(key) for key in sheet.keys]])
 
 

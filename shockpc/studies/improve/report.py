@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.evaluation.comparison import STANDARD, WITH_FRICTION, Comparison, compared
 from shockpc.evaluation.designs import Design
-from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
+from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, any_moves
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.comparison import compare_report
@@ -46,7 +46,7 @@ def improve_report(improvement: Improvement) -> Report:
         "studies.improve.figure:draw_runs",
         (improvement,),
     )
-    moves = _moves(improvement)
+    moves = any_moves(improvement.ends, improvement.moves)
 
     def body(full: bool) -> Iterator[Section]:
         yield Lines([*shared_lines(improvement.after), *_lines(improvement)])
@@ -171,13 +171,6 @@ def _accuracy(improvement: Improvement) -> str:
     return f"both values: {proof_text(max(profile.health.error_bound for profile in profiles))}"
 
 
-def _moves(improvement: Improvement) -> bool:
-    """True if the optimum depends on the drives."""
-    return any(
-        isinstance(end, ShockError) or improvement.moves(end) for end in improvement.ends.values()
-    )
-
-
 def _drives(improvement: Improvement) -> Sheet:
     """The number and the optimum, as modelled and at both ends of the drives."""
     cost, (before, after) = improvement.cost, improvement.values
@@ -203,7 +196,7 @@ def _over_drives(improvement: Improvement) -> list[tuple[str, str]]:
     """Lines on how the optimum depends on the drives."""
     if not improvement.ends:
         return []
-    if not _moves(improvement):
+    if not any_moves(improvement.ends, improvement.moves):
         least = (
             "neither the number at the optimum nor a variable changes by more than 1 % (1 degree, "
             "1 cm)"

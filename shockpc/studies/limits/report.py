@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND
+from shockpc.evaluation.drive_ends import AT_BOTH, BETWEEN, BEYOND, answer_lines, any_moves
 from shockpc.evaluation.unused_ground import NAME_ONE
 from shockpc.evaluation.variations.kinds.registry import kind_and_target
 from shockpc.show.header import header_lines, other_warning_lines
@@ -99,20 +99,11 @@ def _over_drives(limits: JointLimits) -> list[str]:
     """The limits at both ends of the drives, where they differ."""
     if not limits.ends:
         return []
-    moved = any(isinstance(end, ShockError) or limits.moves(end) for end in limits.ends.values())
-    if not moved:
+    if not any_moves(limits.ends, limits.moves):
         least = LEAST_MOVE.get(limits.unit, "1 % of the range")
         return [f"drives: from {BETWEEN}, no limit moves by more than {least}"]
-    lines = [
-        f"drives: the limits move from {BETWEEN}; {BEYOND}",
-        f"  as modelled: {_allowed_words(limits)}",
-    ]
-    for end, at_end in limits.ends.items():
-        if isinstance(at_end, ShockError):
-            lines.append(f"  {end} inertias: none, because {at_end}")
-        else:
-            lines.append(f"  {end} inertias: {_allowed_words(at_end)}")
-    return lines
+    head = f"drives: the limits move from {BETWEEN}; {BEYOND}"
+    return [head, *answer_lines(limits, limits.ends, _allowed_words)]
 
 
 def _allowed_words(limits: JointLimits) -> str:

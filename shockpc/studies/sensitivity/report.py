@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED
+from shockpc.evaluation.drive_ends import BETWEEN, BEYOND, MOVED, answer_lines, any_moves
 from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import shown_as
 from shockpc.studies.sensitivity.study import Effect, Sensitivity
-from shockpc.text.errors import ShockError
 from shockpc.text.printed import count, listed
 
 ROWS = 16
@@ -68,20 +68,19 @@ def _with_unit(sensitivity: Sensitivity) -> str:
 
 
 def _moves(sensitivity: Sensitivity) -> bool:
-    """True if the number, or one of its largest effects, differs between the ends of the drives.
+    """True if the number, or one of its largest effects, differs between the ends of the drives."""
+    return any_moves(sensitivity.ends, partial(_differs, sensitivity))
 
-    It differs by more than 1 %.
-    """
-    for end in sensitivity.ends.values():
-        if isinstance(end, ShockError) or not math.isclose(
-            sensitivity.value, end.value, rel_tol=MOVED
-        ):
+
+def _differs(sensitivity: Sensitivity, at_end: Sensitivity) -> bool:
+    """True if the number, or one of its largest effects, differs by more than 1 % at an end."""
+    if not math.isclose(sensitivity.value, at_end.value, rel_tol=MOVED):
+        return True
+    changes = {effect.parameter: effect.up for effect in at_end.ranked}
+    for effect in sensitivity.ranked[:ROWS]:
+        change = changes.get(effect.parameter)
+        if change is None or not math.isclose(effect.up, change, rel_tol=MOVED):
             return True
-        effects = {effect.parameter: effect.up for effect in end.ranked}
-        for effect in sensitivity.ranked[:ROWS]:
-            at_end = effects.get(effect.parameter)
-            if at_end is None or not math.isclose(effect.up, at_end, rel_tol=MOVED):
-                return True
     return False
 
 
@@ -94,19 +93,16 @@ def _over_drives(sensitivity: Sensitivity) -> list[str]:
             f"drives: from {BETWEEN}, neither the number nor any of the largest effects changes by "
             f"more than 1 %"
         ]
-    lines = [f"drives: the effects change from {BETWEEN}; {BEYOND}"]
-    studies: dict[str, Sensitivity | ShockError] = {"as modelled": sensitivity}
-    for end, result in sensitivity.ends.items():
-        studies[f"{end} inertias"] = result
-    for words, result in studies.items():
-        if isinstance(result, ShockError):
-            lines.append(f"  {words}: none, because {result}")
-            continue
-        line = f"  {words}: {sensitivity.target.title} {_with_unit(result)}"
-        if result.ranked:
-            line += f"; the largest effect is that of {result.ranked[0].parameter}"
-        lines.append(line)
-    return lines
+    head = f"drives: the effects change from {BETWEEN}; {BEYOND}"
+    return [head, *answer_lines(sensitivity, sensitivity.ends, _answer)]
+
+
+def _answer(sensitivity: Sensitivity) -> str:
+    """The number, and the parameter with the largest effect, in words."""
+    text = f"{sensitivity.target.title} {_with_unit(sensitivity)}"
+    if sensitivity.ranked:
+        text += f"; the largest effect is that of {sensitivity.ranked[0].parameter}"
+    return text
 
 
 def _drives(sensitivity: Sensitivity) -> Sheet:
