@@ -41,6 +41,10 @@ RANK = 1e-12
 """Share of the largest eigenvalue of a Delassus matrix up to which one is zero."""
 
 
+STARTS = 5
+"""Number of starts of the search with several contacts."""
+
+
 class FrictionImpact(NamedTuple):
     """A solution for m contacts.
 
@@ -64,7 +68,7 @@ class FrictionImpact(NamedTuple):
 
 
 def solve_friction(
-    A: Array, velocity: Array, friction: Array, restitution: Array, starts: int = 5
+    A: Array, velocity: Array, friction: Array, restitution: Array
 ) -> tuple[FrictionImpact, ...]:
     """Find the impulses of contacts with friction.
 
@@ -75,7 +79,6 @@ def solve_friction(
             velocity along its normal.
         friction: (m,) µ.
         restitution: (m,) e along the normal.
-        starts: number of starts of the search with several contacts.
 
     Returns: solutions that differ in the velocity after impact, those without a gain of energy
         first. For one contact these are all; for several, those found. Empty if none was found.
@@ -97,7 +100,7 @@ def solve_friction(
     if len(mu) == 1:
         candidates: Iterable[Array] = _one_contact(A, problem.free[0], float(mu[0]))
     else:
-        candidates = problem.search(starts)
+        candidates = problem.search()
 
     solutions: list[FrictionImpact] = []
     for impulse in candidates:
@@ -398,7 +401,7 @@ class _Problem:
         velocity = self.free.ravel()
         return -np.asarray(Q @ ((Q.T @ velocity) / s[mobile])).reshape(-1, 3)
 
-    def starts(self, count: int) -> Iterator[tuple[Array, list[int]]]:
+    def starts(self) -> Iterator[tuple[Array, list[int]]]:
         """Impulses (m, 3) to start from, and orders of the contacts.
 
         All contacts stick, none has an impulse, then random impulses.
@@ -407,7 +410,7 @@ class _Problem:
         rng = np.random.default_rng(0)
         stick = self.all_stick()
         size = np.abs(stick).max()
-        for k in range(count):
+        for k in range(STARTS):
             impulse = stick * (k == 0)
             if k > 1:
                 impulse = size * np.column_stack([rng.normal(size=(m, 2)), np.ones(m)])
@@ -416,9 +419,9 @@ class _Problem:
                 order = rng.permutation(m).tolist()
             yield impulse, order
 
-    def search(self, starts: int) -> Iterator[Array]:
+    def search(self) -> Iterator[Array]:
         """Impulses (m, 3) that solve the equation, or come nearest, from several starts."""
-        for impulse, order in self.starts(starts):
+        for impulse, order in self.starts():
             for _ in range(30):
                 polished = self.newton(impulse)
                 if self.error(self.residual(polished)[0]) <= CONVERGED:

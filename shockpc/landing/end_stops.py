@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -82,44 +81,52 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Con
         SceneError: the joint has no stops, does not move, or is not at the stop towards which it
             moves; or the contact has what a stop does not.
     """
-    frame = contact.frame
-    name = frame.removeprefix(STOP)
+    name = contact.frame.removeprefix(STOP)
     # Not a glob, as for the frame of any contact: several joints would be several stops.
     if name not in robot.joint_names:
         raise robot.unknown("joint", name, robot.joint_names)
     joint = robot.joint(name)
-    refused = partial(SceneError, constraints=[frame], joints=[name])
+    rate = float(rates[joint.v.start])
+    fault = _stop_fault(robot, contact, joint, joint.value(q), rate)
+    if fault:
+        raise SceneError(fault, constraints=[contact.frame], joints=[name])
+    side = -1.0 if rate > 0.0 else 1.0
+    constraint = stop_constraint(robot, joint, side, contact.restitution)
+    return constraint._replace(frame=contact.frame, point=robot.bodies[constraint.body].com)
+
+
+def _stop_fault(robot: Robot, contact: Contact, joint: Joint, value: float, rate: float) -> str:
+    """Why a joint with this value and rate strikes no end stop; empty if it does."""
+    name = joint.name
     bare = replace(contact, restitution=0.0, restitution_along="normal")
+    frame = contact.frame
     if bare not in (Contact(frame=frame), Contact(frame=frame, at="frame", kind="point")):
-        raise refused(
+        return (
             f'contact "{frame}" is an end stop, which takes only a restitution; leave the other '
             "keys out"
         )
     if not has_stops(robot, joint):
-        raise refused(
+        return (
             f'joint "{name}" has no end stop: it is continuous, or shares its body with other '
             "joints"
         )
-    rate = float(rates[joint.v.start])
     if rate == 0.0:
-        raise refused(
+        return (
             f'joint "{name}" does not move, so it does not reach its end stop; give its rate, as '
             f"--joint-velocity {name}=-2"
         )
-    value = joint.value(q)
     low, high = joint.limits
     side, limit, direction = (-1.0, high, "up") if rate > 0.0 else (1.0, low, "down")
-    if side not in sides_of(joint, value):
-        size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
-        where = "no limit is read there from its file"
-        if math.isfinite(limit):
-            where = f"its stop is at {size * limit:.6g} {unit}"
-        raise refused(
-            f'joint "{name}" is at {size * value:.6g} {unit} and moves {direction}, but {where}; '
-            "set it there with --set, or let it move the other way"
-        )
-    stop = stop_constraint(robot, joint, side, contact.restitution)
-    return stop._replace(frame=frame, point=robot.bodies[stop.body].com)
+    if side in sides_of(joint, value):
+        return ""
+    size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
+    where = "no limit is read there from its file"
+    if math.isfinite(limit):
+        where = f"its stop is at {size * limit:.6g} {unit}"
+    return (
+        f'joint "{name}" is at {size * value:.6g} {unit} and moves {direction}, but {where}; '
+        "set it there with --set, or let it move the other way"
+    )
 
 
 def missed_stops(robot: Robot, stops: list[Constraint], Q: Array, rates: Array) -> np.ndarray:

@@ -23,7 +23,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
 from shockpc.landing.scenes.scene import Part
 from shockpc.landing.scenes.strike import GRAVITY
-from shockpc.robot.drives.motors import UNLIMITED
+from shockpc.robot.drives.motors import effort_limits
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
@@ -136,7 +136,7 @@ def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
     torque = part.momentary_torque
     if torque is None:
         first = robot.joint(joint).v.start
-        torque = float(_efforts(robot)[first])
+        torque = float(effort_limits(robot)[first])
     duration = math.nan if part.torque_duration is None else part.torque_duration
     return TorqueStrength(torque, duration, part.momentary_torque is not None)
 
@@ -184,13 +184,6 @@ def _part_at_frame(at: str, rating: str) -> Part:
     return Part(name=at, at=at, rating=matched[1], imu_bandwidth=matched[2])
 
 
-def _efforts(robot: Robot) -> Array:
-    """The effort limits (nv,) of the robot's file; NaN where there is none [N m, N]."""
-    limit = np.array(robot.model.upperEffortLimit, dtype=float)
-    limit[~((limit > 0.0) & (limit < UNLIMITED))] = np.nan
-    return limit
-
-
 def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
     """The strength of the joints: momentary torque (nv,) [N m, N] and its duration (nv,) [s].
 
@@ -200,7 +193,7 @@ def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
         UnknownName: a pattern fits no joint.
         SceneError: a number is not valid.
     """
-    limit = _efforts(robot)
+    limit = effort_limits(robot)
     duration = np.full(len(limit), np.nan)
     for part in parts:
         _check(part, "momentary_torque", "torque_duration")

@@ -42,6 +42,11 @@ def add_joint(
     return index
 
 
+def has_free_base(model: pin.Model) -> bool:
+    """True if the first joint of a model is a free flyer."""
+    return bool(model.joints[1].shortname() == "JointModelFreeFlyer")
+
+
 def rotation(quaternion: Array) -> Array:
     """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
     w, x, y, z = (float(value) for value in quaternion)

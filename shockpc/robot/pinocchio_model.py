@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files.reading import OpenFolders
+from shockpc.robot.pinocchio_joints import has_free_base
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.errors import RobotError
@@ -59,7 +60,7 @@ def _check_joints(model: pin.Model) -> None:
             "the model has no joint, so nothing moves; a floating base is a "
             "pinocchio.JointModelFreeFlyer"
         )
-    if _has_free_flyer(model) and not model.jointPlacements[1].isIdentity(0.0):
+    if has_free_base(model) and not model.jointPlacements[1].isIdentity(0.0):
         raise RobotError(
             f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the '
             f"base there by its q",
@@ -154,7 +155,7 @@ def _read_armature(model: pin.Model) -> None:
     """
     reflected = model.rotorInertia * model.rotorGearRatio**2
     armature = np.where(model.armature != 0.0, model.armature, reflected)
-    base_has_armature = _has_free_flyer(model) and armature[:6].any()
+    base_has_armature = has_free_base(model) and armature[:6].any()
     if not np.isfinite(armature).all() or armature.min() < 0.0 or base_has_armature:
         raise RobotError(
             "armature has to be finite and not negative, and zero for the free flyer; correct "
@@ -187,10 +188,6 @@ def _ratios_without_inertia(model: pin.Model) -> dict[str, float]:
         if model.nvs[k] == 1 and model.rotorGearRatio[v] and not model.armature[v]:
             ratios[model.names[k]] = float(model.rotorGearRatio[v])
     return ratios
-
-
-def _has_free_flyer(model: pin.Model) -> bool:
-    return bool(model.joints[1].shortname() == "JointModelFreeFlyer")
 
 
 def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:

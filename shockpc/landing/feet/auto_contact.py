@@ -8,7 +8,7 @@ point in the middle of a sole, a humanoid's foot would pivot, and the shock be s
 small.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -238,14 +238,14 @@ def _with_faces(
         faces_of: finds the faces of such a landing, as `carrying_faces` does.
     """
     contacts = dict(enumerate(flat.scene.contact))
-    soles = {
-        number: constraint.sole
-        for number, constraint in enumerate(flat.contacts)
-        if len(constraint.sole)
-    }
+    soles: dict[int, Array] = {}
+    for number, constraint in enumerate(flat.contacts):
+        if len(constraint.sole):
+            soles[number] = constraint.sole
     if not soles:
         return flat
-    landing, lifted = flat, list[int]()
+    landing = flat
+    lifted: list[int] = []
     while True:
         numbers = list(contacts)
         faces = {numbers[k]: face for k, face in faces_of(landing).items()}
@@ -256,23 +256,36 @@ def _with_faces(
             del contacts[number], soles[number]
         lifted += risen
         landing = _with_contacts(flat, contacts, soles)
+    for number, face in faces.items():
+        if len(face):
+            contacts[number] = _on_face(flat, number, face)
+    bodies = tuple(flat.contacts[number].body for number in lifted)
     warnings = [warning for warning in flat.warnings if warning.kind != LIFTED]
-    shares = entering_speeds(flat, lifted) if lifted else []
-    for number, share in zip(lifted, shares, strict=True):
+    warnings += _lifted_warnings(flat, lifted)
+    return _with_contacts(flat, contacts, soles, bodies, tuple(warnings))
+
+
+def _lifted_warnings(flat: PosedLanding, lifted: list[int]) -> Iterator[Diagnostic]:
+    """A warning for each foot that the impact on the others lifts.
+
+    Args:
+        flat: as of `with_flat_soles`.
+        lifted: numbers of the contacts.
+    """
+    if not lifted:
+        return
+    for number, share in zip(lifted, entering_speeds(flat, lifted), strict=True):
         frame = flat.contacts[number].frame
-        why = "is lifted by the impact on the other feet, so it takes no impulse and is left out"
-        text = f"{frame} {why}"
+        text = (
+            f"{frame} is lifted by the impact on the other feet, so it takes no impulse and is "
+            f"left out"
+        )
         if share > ENTERS:
             text += (
                 f"; yet without it, it enters the ground at {share:.0%} of the contact velocity, "
                 "so this is no landing on flat ground. Compare it with --contact-kind point"
             )
-        warnings.append(Diagnostic(LIFTED, frame, None, text))
-    for number, face in faces.items():
-        if len(face):
-            contacts[number] = _on_face(flat, number, face)
-    bodies = tuple(flat.contacts[number].body for number in lifted)
-    return _with_contacts(flat, contacts, soles, bodies, tuple(warnings))
+        yield Diagnostic(LIFTED, frame, None, text)
 
 
 def _on_face(landing: PosedLanding, number: int, face: np.ndarray) -> Contact:

@@ -35,10 +35,17 @@ def efforts(robot: Robot) -> Array:
 
     It is the effort limit, of an MJCF also of its actuators.
     """
-    limit = np.array(robot.model.upperEffortLimit, dtype=float)
+    limit = effort_limits(robot)
     for name, effort in robot.motors.items():
         v = robot.joint(name).v
-        limit[v] = np.where((limit[v] > 0.0) & (limit[v] < UNLIMITED), limit[v], effort)
+        known = effort if 0.0 < effort < UNLIMITED else np.nan
+        limit[v] = np.where(np.isnan(limit[v]), known, limit[v])
+    return limit
+
+
+def effort_limits(robot: Robot) -> Array:
+    """The effort limits (nv,) of the robot's file; NaN where there is none [N m, N]."""
+    limit = np.array(robot.model.upperEffortLimit, dtype=float)
     limit[~((limit > 0.0) & (limit < UNLIMITED))] = np.nan
     return limit
 

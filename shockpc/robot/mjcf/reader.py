@@ -21,7 +21,7 @@ from shockpc.robot.mjcf.compiled import Compiled, compiled, insert_includes
 from shockpc.robot.mjcf.equalities import equalities_of, frame_at, loops_of, mimics_of
 from shockpc.robot.mjcf.kinds import BALL, FREE, HINGE, MESH, SLIDE
 from shockpc.robot.mjcf.several import RobotBodies, choose
-from shockpc.robot.pinocchio_joints import add_joint, axis_joint, rotation
+from shockpc.robot.pinocchio_joints import add_joint, axis_joint, has_free_base, rotation
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_number, refuse_tree
 from shockpc.text.errors import RobotError
@@ -68,7 +68,7 @@ def build(source: RobotSource, chosen: RobotBodies) -> Robot:
     dofs = np.isin(m.dof_jntid, joints)
     model.armature = armature_of(m)[dofs]
     model.damping = np.reshape(m.dof_damping, (m.nv, -1))[dofs, 0]
-    if _floats(model) and model.armature[0]:
+    if has_free_base(model) and model.armature[0]:
         notes += (_add_armature_to_base(model),)
 
     order = _order(m, joints)
@@ -119,11 +119,6 @@ def _set_limits(m: Any, model: pin.Model, joints: Sequence[int]) -> None:
     model.upperEffortLimit = efforts[np.isin(of_dof, joints)]
 
 
-def _floats(model: pin.Model) -> bool:
-    """True if the base of a model is free."""
-    return bool(model.joints[1].shortname() == "JointModelFreeFlyer")
-
-
 def _add_armature_to_base(model: pin.Model) -> str:
     """Move the armature of a free base into its inertia; return a warning."""
     extra = float(model.armature[0])
@@ -149,7 +144,7 @@ def _with_loops(robot: Robot, loops: tuple[Loop, ...], drawn: Array) -> Robot:
         loops: of its equalities.
         drawn: (nq,) the configuration in which the file draws it.
     """
-    if not _floats(robot.model):
+    if not has_free_base(robot.model):
         return replace(robot, loops=loops, start=read_only(robot.start))
     welds = [loop for loop in loops if _welds_base(loop)]
     loops = tuple(loop for loop in loops if not _welds_base(loop))

@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files.reading import read_xml
+from shockpc.robot.pinocchio_joints import has_free_base
 from shockpc.robot.urdf.numbers import vector
 from shockpc.text.errors import RobotError
 
@@ -46,7 +47,7 @@ def _set_joint(q: Array, model: pin.Model, entry: Element, title: str) -> None:
     """Set what a state gives of a joint in a configuration (nq,). Args: title, of the posture."""
     name = entry.get("name", "")
     text = entry.get("value", "")
-    base = name == "root_joint" and model.joints[1].shortname() == "JointModelFreeFlyer"
+    base = name == "root_joint" and has_free_base(model)
     if not base and not model.existJointName(name):
         return
     joint = model.joints[1 if base else model.getJointId(name)]
