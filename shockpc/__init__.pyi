@@ -3,7 +3,7 @@ from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
 from .evaluation.table import Table as Table
-from .evaluation.variations.varied_landings import VariedLandings as VariedLandings
+from .evaluation.variations.rows import VariedLandings as VariedLandings
 from .landing.landing import Landing as Landing
 from .landing.landing import PosedLanding as PosedLanding
 from .landing.posture import configuration as configuration
