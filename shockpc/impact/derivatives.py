@@ -85,7 +85,6 @@ def derivatives(
     state = equation.state
     robot = landing.robot
     turning = _Turning.of(state)
-    n, nv = turning.J.shape[:2]
     delta_qd = equation.full(solution.delta_qd[..., :3])
     impulse = solution.independent_impulse[..., :3]
 
@@ -94,16 +93,12 @@ def derivatives(
     dJ = _row_rates(robot, state, equation.constraints, turning)
     right = momenta.rates + impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
     left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
-    right = right.reshape(n, nv, 3 * nv)
-    if equation.G is not None:
-        right = equation.G.swapaxes(1, 2) @ right
-    d_y, d_impulse = _solved(landing, equation, solution, right, left.reshape(n, -1, 3 * nv))
-    d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
+    d_qd, d_impulse = _solved(landing, equation, solution, right, left)
 
     maps = _map_rates(state, robot.ancestors, momenta, d_qd, bodies, out)
     if robot.free_base:
         _to_body_axes(d_qd, delta_qd)
-    return Derivatives(maps, d_qd, d_impulse.reshape(n, -1, 3, nv))
+    return Derivatives(maps, d_qd, d_impulse)
 
 
 class _Turning(NamedTuple):
@@ -308,19 +303,17 @@ def _wrench_rates(state: Dynamics, constraint: Constraint, J: Array) -> Array:
 def _solved(
     landing: Landing, equation: Equation, solution: Solution, right: Array, left: Array
 ) -> tuple[Array, Array]:
-    """Derivatives of ẏ (N, ny, m) and λ (N, nc, m).
+    """Derivatives of q̇ (N, nv, 3, nv) and λ (N, nc, 3, nv).
 
-    Args: right (N, ny, m) and left (N, nc, m), as in the module's text.
+    Args: right (N, nv, 3, nv) and left (N, nc, 3, nv), as in the module's text.
     """
-    n, nc = left.shape[:2]
-    ny = right.shape[1]
     # Rows that depend on others are replaced by zeros, and so are their impulses.
-    limits = landing.row_limits(equation.state, equation.constraints)
-    independent = np.ones((n, nc))
-    for k, row_space in solution.row_spaces.items():
-        regular = not row_space.uncertain and len(row_space.rows) >= limits(k).most
-        independent[k] = np.isin(np.arange(nc), row_space.rows) if regular else np.nan
+    independent = _independent(landing, equation, solution)
     J_c = equation.J_c * independent[..., None]
+    n, nc, ny = J_c.shape
+    right = right.reshape(n, len(landing.joint_model.locked), -1)
+    if equation.G is not None:
+        right = equation.G.swapaxes(1, 2) @ right
     with np.errstate(all="ignore"):
         unit = np.broadcast_to(np.eye(ny), (n, ny, ny))
         inverse = solve_inertia(equation.inertia, unit)
@@ -328,9 +321,26 @@ def _solved(
         X = inverse @ J_c.swapaxes(1, 2)
         Z = inverse @ right
         A = J_c @ X + (1.0 - independent)[..., None] * np.eye(nc)
-        d_impulse = -np.linalg.solve(A, left * independent[..., None] + J_c @ Z)
+        b = left.reshape(n, nc, -1) * independent[..., None] + J_c @ Z
+        d_impulse = -np.linalg.solve(A, b)
+    d_qd = equation.full(Z + X @ d_impulse)
     determined = (independent != 0.0).all(axis=1)[:, None, None]
-    return Z + X @ d_impulse, np.where(determined, d_impulse, np.nan)
+    known = np.where(determined, d_impulse, np.nan)
+    return d_qd.reshape(n, -1, *left.shape[2:]), known.reshape(left.shape)
+
+
+def _independent(landing: Landing, equation: Equation, solution: Solution) -> Array:
+    """One for each row that is independent, zero for one that follows from others (N, nc).
+
+    NaN in a posture that is singular, where fewer rows are independent than beside it.
+    """
+    limits = landing.row_limits(equation.state, equation.constraints)
+    independent = np.ones(equation.J_c.shape[:2])
+    for k, row_space in solution.row_spaces.items():
+        regular = not row_space.uncertain and len(row_space.rows) >= limits(k).most
+        rows = np.isin(np.arange(independent.shape[1]), row_space.rows)
+        independent[k] = rows if regular else np.nan
+    return independent
 
 
 def _jump_rates(

@@ -399,33 +399,52 @@ def _refuse_singular(
     robot = landing.robot
     times, body = greatest_motion(landing, proof.jumps[..., 3], _lengths(landing))
     # The turning of joints counts as a speed at the largest radius of gyration.
-    rates = np.abs(proof.delta_qd[:, 3])
-    turning = float(rates.max() * robot.gyration.max()) / landing.fastest_approach
+    fastest = float(np.abs(proof.delta_qd[:, 3]).max())
+    turning = fastest * float(robot.gyration.max()) / landing.fastest_approach
 
     # A joint without inertia moves fast in any posture; another posture would not help.
-    if max(times, turning) > FAST:
-        has_inertia = np.isfinite(definite(equation.H)).all()
-        if not has_inertia:
-            raise without_inertia(landing, equation)
+    if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
+        raise without_inertia(landing, equation)
 
+    if not times <= UNPHYSICAL:
+        raise _singular(landing, equation, proof, times, body, "")
     # Below the limit, a fast motion is refused only where rounding alone leaves a row independent.
-    rounded = (
-        FAST < times <= UNPHYSICAL
-        and landing.mechanism.independent_here(landing.constraints, landing.state) < rank
-    )
-    if times <= UNPHYSICAL and not rounded:
-        return
+    if times > FAST:
+        independent = landing.mechanism.independent_here(landing.constraints, landing.state)
+        if independent < rank:
+            digits = ", up to rounding of the angles and lengths in the file"
+            raise _singular(landing, equation, proof, times, body, digits)
 
+
+def _singular(
+    landing: PosedLanding,
+    equation: Equation,
+    proof: LandingProof,
+    times: float,
+    body: int,
+    digits: str,
+) -> SolveError:
+    """The error of a posture that is nearly singular.
+
+    Args:
+        landing: in its posture.
+        equation: Eq. 4.
+        proof: of it.
+        times: how many times as fast as the contact the fastest body would move.
+        body: that one.
+        digits: up to what the posture is singular, in words.
+    """
+    robot = landing.robot
     # The fast joints are those whose values make the posture singular.
+    rates = np.abs(proof.delta_qd[:, 3])
     moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
     fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
     first = fast[0].name if fast else "JOINT"
     where = _posture(landing)
     if fast:
         where += f" with {few([_value(joint, landing.q) for joint in fast], 4)}"
-    digits = ", up to rounding of the angles and lengths in the file" if rounded else ""
     constraint, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
-    raise SolveError(
+    return SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as '
         f"the contact, because {where} is singular or nearly so ({constraint.name} has almost no "
         f"motion along ({axis}) there{digits}), or almost no inertia resists that motion. Set "

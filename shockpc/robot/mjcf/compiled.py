@@ -271,27 +271,15 @@ def _compile(
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
             added = freed and _free_base(mujoco, spec)
-            # Keyframes are kept apart, because with an added base they are too short for MuJoCo.
-            keys = tuple(
-                (key.name or f"key_{number}", tuple(key.qpos))
-                for number, key in enumerate(spec.keys)
-            )
-            for key in list(spec.keys):
-                spec.delete(key)
+            keys = _without_keyframes(spec)
             _name(mujoco, spec)
             boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
             # A keyframe without a base has it where the model starts.
-            if added:
-                base = tuple(model.qpos0[:7])
-                with_base: list[tuple[str, tuple[float, ...]]] = []
-                for name, qpos in keys:
-                    with_base.append((name, base + qpos if qpos else qpos))
-                keys = tuple(with_base)
-    except (
-        MemoryError,
-        RuntimeError,
-    ):  # the latter when an array is too large, or a model is attached to itself
+            base = tuple(model.qpos0[:7]) if added else ()
+            keys = tuple((name, base + qpos if qpos else qpos) for name, qpos in keys)
+    # RuntimeError when an array is too large, or a model is attached to itself
+    except (MemoryError, RuntimeError):
         raise RobotError(_TOO_LARGE) from None
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
         message = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
@@ -304,6 +292,18 @@ def _compile(
     mujoco.mj_saveModel(model, None, binary)
     result = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
     return result, binary.tobytes(), folders.seen
+
+
+def _without_keyframes(spec: Any) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """The names of keyframes with their coordinates, which are taken out of the model.
+
+    With an added base they are too short for MuJoCo.
+    """
+    keys: list[tuple[str, tuple[float, ...]]] = []
+    for number, key in enumerate(list(spec.keys)):
+        keys.append((key.name or f"key_{number}", tuple(key.qpos)))
+        spec.delete(key)
+    return tuple(keys)
 
 
 def _free_base(mujoco: Any, spec: Any) -> bool:
