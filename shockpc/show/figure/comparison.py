@@ -117,8 +117,8 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
         page.key((LEFT, page.low - 0.2), 1)
     else:
         page.key((LEFT, low + KEYS[0] - 0.2), 2)
-    place = (x, top - sizes.bars, sizes.bars, sizes.names)
-    _draw_bars(page, place, sections, labels, letters)
+    panel = (x, top - sizes.bars, sizes.bars, sizes.names)
+    _draw_bars(page, panel, sections, labels, letters)
     return page.figure
 
 
@@ -286,7 +286,7 @@ def _percent(share: float) -> str:
 
 def _draw_bars(
     page: Page,
-    place: tuple[float, float, float, float],
+    panel: tuple[float, float, float, float],
     sections: Sections,
     labels: Sequence[str],
     letters: Sequence[str],
@@ -295,12 +295,12 @@ def _draw_bars(
 
     Args:
         page: where.
-        place: left and lower edge, height, and room for names [inches].
+        panel: left and lower edge, height, and room for names [inches].
         sections: quantities with their rows.
         labels: names of the rows.
         letters: of the designs.
     """
-    x, y, height, names = place
+    x, y, height, names = panel
     axes = page.axes(x, y, WIDTH, height)
     designs = len(letters) - 1
     # The vertical axis counts rows, downwards.

@@ -41,10 +41,10 @@ class Labels:
         self._window: PlaneShape = shapely.box(*window.low, *window.high)
         self._taken: PlaneShape = shapely.Polygon()
 
-    def keep_free(self, place: Array, radius: float) -> None:
-        """Let no label cover the disc around a place (2,) [m] of that radius [inches]."""
+    def keep_free(self, point: Array, radius: float) -> None:
+        """Let no label cover the disc around a point (2,) [m] of that radius [inches]."""
         self._taken = shapely.union(
-            self._taken, shapely.Point(place).buffer(radius * self._inch, quad_segs=4)
+            self._taken, shapely.Point(point).buffer(radius * self._inch, quad_segs=4)
         )
 
     def tag(self, region: PlaneShape, text: str) -> None:
@@ -82,12 +82,12 @@ class Labels:
         self._axes.text(x, y, text, fontsize=6.5, ha="center", va="center_baseline", zorder=6.6)
         self.keep_free(np.array([x, y]), TAG)
 
-    def _covered(self, place: Sequence[float], radius: float) -> float:
+    def _covered(self, point: Sequence[float], radius: float) -> float:
         """The sum of what a disc covers, as shares of the disc.
 
         Marks and labels count most, then what is outside, then bodies.
         """
-        disc = shapely.Point(place).buffer(radius, quad_segs=4)
+        disc = shapely.Point(point).buffer(radius, quad_segs=4)
         outside = disc.difference(self._window).area
         covered = (
             4.0 * disc.intersection(self._taken).area
@@ -121,7 +121,7 @@ class Labels:
         return np.asarray(in_letters * letters / 72.0 * self._inch)
 
     def _write(self, middles: Sequence[Array], text: str, letters: float, **style: Any) -> None:
-        """Write a text around that one of some places (2,) [m] where it covers least."""
+        """Write a text around that one of some points (2,) [m] where it covers least."""
         options, size = [], self._size(text, letters)
         for middle in middles:
             box = shapely.box(*(middle - size / 2.0), *(middle + size / 2.0))
@@ -132,7 +132,7 @@ class Labels:
             )
             cost += 0.5 * size[1] * box.intersection(self._edges).length
             options.append((round(float(cost / size.prod()), 9), middle, box))
-        # Of places that cover as much the first one, which is the nearest.
+        # Of points that cover as much the first one, which is the nearest.
         _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
         backing = {

@@ -207,17 +207,17 @@ class Page:
         """
         y, step = self.low + 0.14, width / len(colours)
         for k, colour in enumerate(colours):
-            place = (x + k * step, y)
+            corner = (x + k * step, y)
             self._axes.add_artist(
-                Rectangle(place, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5)
+                Rectangle(corner, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5)
             )
         for k, level in enumerate(levels):
             number = "∞" if math.isinf(level) else f"{round(level, 12):g}"
             self.write(x + k * step, y - 0.05, number, 7.0, ha="center")
         self.write(x + width / 2.0, y - 0.2, text, ha="center")
 
-    def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
-        """Explain the signs of the pictures down from a place [inches].
+    def key(self, corner: tuple[float, float] | None = None, columns: int = 1) -> None:
+        """Explain the signs of the pictures down from a corner [inches].
 
         By default it is the end of the column.
         """
@@ -230,7 +230,7 @@ class Page:
             loc="upper left",
             borderpad=0.0,
             borderaxespad=0.0,
-            bbox_to_anchor=place or (self._x, self._y),
+            bbox_to_anchor=corner or (self._x, self._y),
             bbox_transform=self._axes.transData,
             ncols=columns,
         )

@@ -182,9 +182,9 @@ def draw_marks(axes: Axes, view: PlaneView, window: Window) -> None:
             visible[i] = view.centres[i]
     _draw_signs(axes, view, window, labels, visible)
     draw_velocities(axes, view, window)
-    for place, velocity in zip(view.contacts, view.velocities, strict=True):
+    for point, velocity in zip(view.contacts, view.velocities, strict=True):
         for share in (0.0, 0.35, 0.7, 1.0):
-            labels.keep_free(place + share * window.arrow * velocity, 0.08)
+            labels.keep_free(point + share * window.arrow * velocity, 0.08)
     _tags(view, labels)
     circles = _draw_circles(axes, view, window, visible)
 
@@ -194,8 +194,8 @@ def draw_marks(axes: Axes, view: PlaneView, window: Window) -> None:
         text = _numbers(view, group)
         centre = visible[group[0]]
         labels.place(centre, f"({text})" if faint else text, gap=OWN, faint=faint)
-    for k, place in enumerate(view.sensors):
-        labels.place(place, letter(k), gap=0.06)
+    for k, point in enumerate(view.sensors):
+        labels.place(point, letter(k), gap=0.06)
     for same in circles:
         line = _circle(visible[same[0]], view.radii[same[0]])
         labels.on_line(line, _numbers(view, same), faint=same[0] in view.faint)
@@ -213,17 +213,17 @@ def _draw_signs(
     faint: list[Array] = []
     for i, centre in visible.items():
         (faint if i in view.faint else firm).append(centre)
-    joints = [place for place in view.joints if window.holds(place)]
+    joints = [point for point in view.joints if window.holds(point)]
     kinds = (
         ("joint", joints, 0.03),
         ("centre", firm, OWN),
         ("faint centre", faint, OWN),
         ("sensor", view.sensors, 0.06),
     )
-    for sign, places, room in kinds:
-        for place in places:
-            axes.plot(*place, **SIGNS[sign])
-            labels.keep_free(place, room)
+    for sign, points, room in kinds:
+        for point in points:
+            axes.plot(*point, **SIGNS[sign])
+            labels.keep_free(point, room)
 
 
 def _near_one_another(
@@ -275,9 +275,9 @@ def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 
 
     Marks may be smaller.
     """
-    for place, velocity in zip(view.contacts, view.velocities, strict=True):
+    for point, velocity in zip(view.contacts, view.velocities, strict=True):
         axes.plot(
-            *place,
+            *point,
             "o",
             color=INK,
             markersize=5.0 * scale,
@@ -287,7 +287,7 @@ def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 
         )
         speed = float(np.linalg.norm(velocity))
         if speed < 0.05:
-            axes.plot(*place, **SIGNS["ring"] | {"markersize": 12.0 * scale})
+            axes.plot(*point, **SIGNS["ring"] | {"markersize": 12.0 * scale})
             continue
         axes.plot([], [], **SIGNS["arrow"])
         style: dict[str, Any] = {
@@ -299,9 +299,9 @@ def draw_velocities(axes: Axes, view: PlaneView, window: Window, scale: float = 
             "zorder": 7,
         }
         style |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
-        tip = place + window.arrow * velocity
+        tip = point + window.arrow * velocity
         axes.add_artist(
-            FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **style)
+            FancyArrowPatch(point, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **style)
         )
 
 
