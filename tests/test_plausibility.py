@@ -35,7 +35,7 @@ from shockpc.evaluation.cost import ShockCost
 from shockpc.landing.resolve import resolve
 from shockpc.method.constraints import constraint_point
 from shockpc.method.dynamics import dynamics
-from shockpc.quantities.ground.heights import levels
+from shockpc.quantities.ground.levels import levels
 from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.shapes import geometry
 from shockpc.robot.shapes.geometry import inflated_inertias

@@ -20,9 +20,8 @@ from shockpc.quantities.ground.heights import (
     HEIGHTS,
     REACH,
     SPREAD,
-    on_ground,
-    without_shapes,
 )
+from shockpc.quantities.ground.levels import on_ground, without_shapes
 from shockpc.quantities.ground.support import OVERHANG, standing_feet, stands
 from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.scenes.scene import Contact
 from shockpc.landing.scenes.scene_fields import spelled
 from shockpc.method.constraints import constraint_point
-from shockpc.quantities.ground.heights import Levels, levels, on_ground
+from shockpc.quantities.ground.levels import Levels, levels, on_ground
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.shapes.convex import Shape
 from shockpc.robot.shapes.geometry import body_outline, inflated_inertias, size_text

@@ -10,7 +10,7 @@ from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.feet.level_feet import feet_beside
 from shockpc.method.approach import approach_speeds
 from shockpc.method.constraints import constraint_point
-from shockpc.quantities.ground.heights import Levels, levels, on_ground
+from shockpc.quantities.ground.levels import Levels, levels, on_ground
 from shockpc.quantities.of_contacts import pull
 from shockpc.quantities.quantity import Computation, Places, Quantity, Relations, Scope, of_ratio
 

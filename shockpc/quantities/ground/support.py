@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import Landing
 from shockpc.method.dynamics import Dynamics
-from shockpc.quantities.ground.heights import lowest_points_of_shapes
+from shockpc.quantities.ground.levels import lowest_points_of_shapes
 from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.bent_legs import ends_leg
 from shockpc.robot.bodies_and_joints import Frame

@@ -12,7 +12,7 @@ from shockpc.impact.landed import CONTRADICTION, LandingProof
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.constraints import Constraint, constraint_point
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.ground.heights import levels, on_ground
+from shockpc.quantities.ground.levels import levels, on_ground
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.quantities.strike_matrices import (
