@@ -300,11 +300,11 @@ def budgets_file(folder: Path) -> Path:
         with reading(project, "budgets", StudyError) as table:
             if "shockpc" in _table(table.get("tool", {}), "tool"):
                 return project
-    other = ", and no pyproject.toml"
+    of_project = ", and no pyproject.toml"
     if project.exists():
-        other = ", and the pyproject.toml there has no table [tool.shockpc]"
+        of_project = ", and the pyproject.toml there has no table [tool.shockpc]"
     raise StudyError(
-        f'there is no budgets.toml in "{folder}"{other}; name the file: shockpc check FILE'
+        f'there is no budgets.toml in "{folder}"{of_project}; name the file: shockpc check FILE'
     )
 
 
@@ -440,10 +440,10 @@ def _with_scene(scene: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str,
     A way to give the strike replaces the others.
     """
     strike = entry.get("strike", {})
-    given = set(entry.keys() & {"drop_height", "strike_angle_deg"})
+    ways = set(entry.keys() & {"drop_height", "strike_angle_deg"})
     if isinstance(strike, Mapping):
-        given |= set(strike)
-    replaced = {*given, *replaced_ways(given)}
+        ways |= set(strike)
+    replaced = {*ways, *replaced_ways(ways)}
     of_file = scene.get("strike", {})
     kept = {key: value for key, value in of_file.items() if key not in replaced}
     return _replaced({**scene, "strike": kept}, entry)
@@ -464,13 +464,13 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
     """A budget; None where something is wrong with it."""
     # A list of its own, because a record is made only where no fault was found before.
-    own: list[str] = []
+    own_faults: list[str] = []
     budget: Budget | None = None
     try:
-        budget = converted(entry, Budget, key, own)
+        budget = converted(entry, Budget, key, own_faults)
     except ShockError as refusal:
-        own.append(f"{key}: {refusal}")
-    faults += own
+        own_faults.append(f"{key}: {refusal}")
+    faults += own_faults
     return budget
 
 

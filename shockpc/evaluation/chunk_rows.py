@@ -152,8 +152,8 @@ class ChunkRows:
         gained = np.zeros_like(infeasible)
         for gain in self._of_role("gain"):
             gained |= infeasible & ~pulled & (gain > 0.0)
-        others = infeasible & ~pulled & ~gained
-        return int(pulled.sum()), int(gained.sum()), int(others.sum())
+        for_height = infeasible & ~pulled & ~gained
+        return int(pulled.sum()), int(gained.sum()), int(for_height.sum())
 
     def table(
         self,

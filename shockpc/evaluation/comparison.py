@@ -210,8 +210,10 @@ def compared(
     )
 
     def at_end(scenes: dict[str, Scene]) -> Comparison:
-        pairs_of = zip(designs, scenes.values(), strict=True)
-        return compared([replace(one, scene=scene) for one, scene in pairs_of], quantities, pairs)
+        with_scenes = zip(designs, scenes.values(), strict=True)
+        return compared(
+            [replace(design, scene=scene) for design, scene in with_scenes], quantities, pairs
+        )
 
     cases = {str(k): (design.scene, design.robot) for k, design in enumerate(designs)}
     return replace(modelled, ends=at_drive_ends(modelled, cases, at_end))
@@ -251,10 +253,10 @@ def _nothing(
         names.append([place.name for place in places])
     quantity = selection.quantity
     if quantity.of in ("robot", "contact"):
-        in_common = len({len(some) for some in names}) == 1
+        in_common = len(set(map(len, names))) == 1
         rule = "their number has to be the same"
     else:
-        in_common = all(known[quantity.of] for known in matched)
+        in_common = all(partners_of[quantity.of] for partners_of in matched)
         rule = "partners have the same name, or are given by --pair"
     if in_common:
         why = quantity.scope.missing or "it is not defined there"
@@ -263,8 +265,8 @@ def _nothing(
             f"leave it out"
         )
     of_designs = [
-        f"of {design.label} {listed(some, 4) or 'none'}"
-        for design, some in zip(designs, names, strict=True)
+        f"of {design.label} {listed(of_design, 4) or 'none'}"
+        for design, of_design in zip(designs, names, strict=True)
     ]
     return (
         f'"{text}" cannot be compared, because the designs have no '
@@ -306,11 +308,11 @@ def _differences(
     for places, values in zip(rows, zip(*numbers, strict=True), strict=True):
         if all(map(math.isnan, values)):
             continue
-        known = tuple(map(_existing, values))
+        existing = tuple(map(_existing, values))
         body = places[0].body
         always = body in (0, *limb) or of_points
         name = " / ".join(dict.fromkeys(place.name for place in places))
-        differences.append(Difference(name, known, body, always))
+        differences.append(Difference(name, existing, body, always))
     reciprocal = bool(selection.quantity.relations.reciprocal)
 
     def rank(row: Difference) -> tuple[int, float]:
@@ -342,8 +344,8 @@ def _common_places(
     """A quantity, and the places that all designs have, a tuple of partners each."""
     selection, first = selected(profiles[0].landing, text)
     columns: list[Sequence[Place | None]] = [first]
-    for profile, known in zip(profiles[1:], matched, strict=True):
-        columns.append(_partners_of(first, profile, known, text))
+    for profile, of_design in zip(profiles[1:], matched, strict=True):
+        columns.append(_partners_of(first, profile, of_design, text))
     rows: list[tuple[Place, ...]] = []
     if len({len(column) for column in columns}) == 1:
         for row in zip(*columns, strict=True):
@@ -364,8 +366,8 @@ def _partners_of(
     kind = select(key).quantity.of
     if kind in ("robot", "contact"):
         return list(selected(profile.landing, text)[1])
-    known = {place.name: place for place in profile.places(kind)}
-    places = [known.get(matched[kind].get(place.name, "")) for place in first]
+    by_name = {place.name: place for place in profile.places(kind)}
+    places = [by_name.get(matched[kind].get(place.name, "")) for place in first]
     if at and places == [None]:
         # A point that is not one of the scene's.
         return list(selected(profile.landing, f"{key}@{first[0].name}")[1])
@@ -399,12 +401,14 @@ def _unmatched(
     for kind in KINDS:
         owners: dict[str, list[int]] = {}
         for place in first.places(kind):
-            shared = [k for k, known in enumerate(matched, start=1) if place.name in known[kind]]
+            shared = [
+                k for k, of_design in enumerate(matched, start=1) if place.name in of_design[kind]
+            ]
             if len(shared) < len(matched):
                 owners[place.name] = [0, *shared]
-        for k, (profile, known) in enumerate(zip(others, matched, strict=True), start=1):
+        for k, (profile, of_design) in enumerate(zip(others, matched, strict=True), start=1):
             for place in profile.places(kind):
-                if place.name not in known[kind].values():
+                if place.name not in of_design[kind].values():
                     owners.setdefault(place.name, []).append(k)
         unmatched += [Unmatched(kind, name, tuple(having)) for name, having in owners.items()]
     return tuple(unmatched)

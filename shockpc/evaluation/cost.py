@@ -102,11 +102,9 @@ class ShockCost:
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
-        varied = varied_landings(
-            first.scene, variables, robot=self.robot, sample=1, keep_joints=True
-        )
-        self._set_variables(varied.variations, list(landings.values()))
-        self.groups = _groups(varied, landings)
+        rows = varied_landings(first.scene, variables, robot=self.robot, sample=1, keep_joints=True)
+        self._set_variables(rows.variations, list(landings.values()))
+        self.groups = _groups(rows, landings)
         self._set_terms((keep,) if isinstance(keep, str) else keep, ground)
         if self.constraints.all():
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
@@ -352,18 +350,18 @@ def _prepared(
 
 
 def _groups(
-    varied: VariedLandings, landings: Mapping[str, PosedLanding]
+    rows: VariedLandings, landings: Mapping[str, PosedLanding]
 ) -> tuple[VariedLandings, ...]:
     """The landings in groups that differ only in the strike, unless that varies."""
-    strikes_vary = any(one.stage == 2 for one in varied.variations)
-    together: dict[tuple[str, str], dict[str, Strike]] = {}
+    strikes_vary = any(variation.stage == 2 for variation in rows.variations)
+    strikes_by_key: dict[tuple[str, str], dict[str, Strike]] = {}
     for name, landing in landings.items():
-        alone = strikes_vary or not landing.translates
+        separate = strikes_vary or not landing.translates
         without_strike = replace(landing.scene, strike=Strike())
-        key = (name if alone else "", repr(without_strike))
-        together.setdefault(key, {})[name] = landing.scene.strike
+        key = (name if separate else "", repr(without_strike))
+        strikes_by_key.setdefault(key, {})[name] = landing.scene.strike
     groups = []
-    for strikes in together.values():
+    for strikes in strikes_by_key.values():
         first = landings[next(iter(strikes))]
-        groups.append(replace(varied, scene=first.scene, struck=strikes))
+        groups.append(replace(rows, scene=first.scene, struck=strikes))
     return tuple(groups)

@@ -252,11 +252,11 @@ def _refuse_other_code(versions: Mapping[str, object]) -> None:
     Raises:
         StudyError: another version, or other code, would compute other rows.
     """
-    others = [worker for worker, version in versions.items() if version != version_of_code()]
-    if others:
+    differing = [worker for worker, version in versions.items() if version != version_of_code()]
+    if differing:
+        verb = "has" if len(differing) == 1 else "have"
         raise StudyError(
-            f"{listed(others, 3)} of the cluster {'has' if len(others) == 1 else 'have'} another "
-            f"version or other code of "
+            f"{listed(differing, 3)} of the cluster {verb} another version or other code of "
             f"shockpc; install version {shockpc.__version__} from the same files there"
         )
 

@@ -45,11 +45,11 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
     """
     robots = {name: robot_of(scene) for name, scene in named_scenes(landings).items()}
     first, robot = next(iter(robots.items()))
-    others = [name for name, another in robots.items() if another is not robot]
-    if others:
+    differing = [name for name, another in robots.items() if another is not robot]
+    if differing:
         raise StudyError(
-            f'the landings "{first}" and "{others[0]}" are of different robots; give scenes that '
-            "have the file, xacro arguments, packages and SRDF in common, and in an MJCF the robot "
-            "that has the contact"
+            f'the landings "{first}" and "{differing[0]}" are of different robots; give scenes '
+            "that have the file, xacro arguments, packages and SRDF in common, and in an MJCF the "
+            "robot that has the contact"
         )
     return robot

@@ -28,9 +28,9 @@ def partners(
             that part.
     """
     by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
-    for mine, theirs in pairs:
-        for kind, known in matching(first, other, mine, theirs).items():
-            _add(by_kind[kind], known.items())
+    for name_in_first, name_in_other in pairs:
+        for kind, matched in matching(first, other, name_in_first, name_in_other).items():
+            _add(by_kind[kind], matched.items())
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
         equal = [place.name for place in first.places(kind) if place.name in names]
@@ -38,28 +38,28 @@ def partners(
     return by_kind
 
 
-def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
+def _add(partners: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
     """Add pairs of which neither has a partner yet."""
     for a, b in pairs:
-        if a not in known and b not in known.values():
-            known[a] = b
+        if a not in partners and b not in partners.values():
+            partners[a] = b
 
 
 def matching(
-    first: ShockProfile, other: ShockProfile, mine: str, theirs: str
+    first: ShockProfile, other: ShockProfile, name_in_first: str, name_in_other: str
 ) -> dict[PlaceKind, dict[str, str]]:
     """The partners that the names of a pair mean, by kind.
 
     There are none where one of the designs has no such names.
     """
-    start, star, end = mine.partition("*")
+    start, star, end = name_in_first.partition("*")
     by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
-        for name in matches(mine, (place.name for place in first.places(kind))):
-            partner = theirs
+        for name in matches(name_in_first, (place.name for place in first.places(kind))):
+            partner = name_in_other
             if star:
-                partner = theirs.replace("*", name[len(start) : len(name) - len(end)])
+                partner = name_in_other.replace("*", name[len(start) : len(name) - len(end)])
             if partner in names:
                 by_kind[kind][name] = partner
     return by_kind

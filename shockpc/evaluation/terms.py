@@ -189,8 +189,8 @@ def _ground_constraints(landing: PosedLanding, robot: Robot) -> list[_Bounded]:
         # A link with a foot may be level with the contacts: all feet of a robot that stands are.
         clearances = _everywhere(landing, CLEARANCE)
         of_feet = [column for column in clearances if column.place.body in feet]
-        others = [column for column in clearances if column.place.body not in feet]
-        bounded.append(_Bounded(others, tolerance, -landing.length))
+        of_others = [column for column in clearances if column.place.body not in feet]
+        bounded.append(_Bounded(of_others, tolerance, -landing.length))
         bounded.append(_Bounded(of_feet, -tolerance, -landing.length))
 
         inside = max(most_inside(robot), tolerance)

@@ -135,8 +135,8 @@ class VariedLandings:
     @property
     def _rows_of_a_chunk(self) -> int:
         """Largest number of rows of a chunk: fewer of large robots, and of separate landings."""
-        others = [varied for varied in self.axes if not varied.kind.names_contacts]
-        of_landings = any(varied.stage == 0 for varied in others)
+        numeric = [varied for varied in self.axes if not varied.kind.names_contacts]
+        of_landings = any(varied.stage == 0 for varied in numeric)
         if self.separate or (self.sample is not None and of_landings):
             return FEWEST_ROWS
         nv: int = self.robot.model.nv

@@ -41,10 +41,10 @@ def scene_grid(
         if not varied.values:
             raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")
         combined: dict[str, Scene] = {}
-        for label, known in scenes.items():
+        for label, without_value in scenes.items():
             for value in varied.values:
                 text = value if isinstance(value, str) else f"{value:g}"
-                with_value, _ = varied.applied(known, robot, value)
+                with_value, _ = varied.applied(without_value, robot, value)
                 combined[f"{label} {subject}={text}".strip()] = with_value
         scenes = combined
     return scenes

@@ -82,16 +82,16 @@ def compare(
         ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a
             place that is named; or a quantity has no value at any place that all of them have.
     """
-    every = tuple(map(Design.of, designs))
-    if changes and len(every) > 1:
+    side_by_side = list(map(Design.of, designs))
+    if changes and len(side_by_side) > 1:
         raise StudyError(
             "--change makes designs from one file, but several files are given; give one file, or "
             "a file for each design"
         )
-    read = [read_changes(text) for text in changes]
-    every += tuple(design_with(every[0], of_design) for of_design in read)
-    if len(every) < 2:
+    of_designs = [read_changes(text) for text in changes]
+    side_by_side += [design_with(side_by_side[0], of_design) for of_design in of_designs]
+    if len(side_by_side) < 2:
         raise StudyError(
             "a single design cannot be compared; give a second one, or a change with --change"
         )
-    return compared(every, quantities, pairs)
+    return compared(side_by_side, quantities, pairs)

@@ -68,18 +68,18 @@ def sweep_columns(
 
     most_contacts = _varied_contacts(study)
     for text in (*FEASIBILITY, *quantities):
-        selection, found = selected(landing, text)
+        selection, chosen = selected(landing, text)
         if selection.quantity.of == "contact":
             if most_contacts:
-                found = _numbered_contacts(text, most_contacts)
+                chosen = _numbered_contacts(text, most_contacts)
             elif text in FEASIBILITY:
-                found = found[: len(landing.contacts)]
-        if not found:
+                chosen = chosen[: len(landing.contacts)]
+        if not chosen:
             raise StudyError(
                 f'"{text}": the robot has no sensor, and no point is given; name a frame: '
                 f"{text}@{robot.links[0]}"
             )
-        columns += [Column(selection, place, requested=text in quantities) for place in found]
+        columns += [Column(selection, place, requested=text in quantities) for place in chosen]
     columns += ground_columns(landing)[1:]
     return tuple({column.name: column for column in columns}.values())
 

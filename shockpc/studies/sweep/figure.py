@@ -136,8 +136,8 @@ def _curves(
         style = {"linestyle": "none"}
     if len(x) <= MOST_MARKERS:
         style |= {"marker": "o", "markersize": 3.0}
-    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
-    for axes, (name, curves) in zip(every, panels.items(), strict=True):
+    rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    for axes, (name, curves) in zip(rows, panels.items(), strict=True):
         for colour, curve in zip(CURVES, curves, strict=False):
             axes.plot(x, curve.values, color=colour, label=curve.name, **style)
         axes.set(ylabel=curves[0].label, title=name if varied else "")

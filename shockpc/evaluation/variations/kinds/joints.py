@@ -71,13 +71,13 @@ class OfDrive(Kind):
     def names(self, robot: Robot, varied: Variation) -> Iterable[str]:
         return robot.match_joints(varied.target)
 
-    def multiplied(self, robot: Robot, varied: Variation, known: np.ndarray) -> np.ndarray:
-        """Joint velocities (nv,) that factors multiply: those of the target with a known number.
+    def multiplied(self, robot: Robot, varied: Variation, with_number: np.ndarray) -> np.ndarray:
+        """Joint velocities (nv,) that factors multiply: those of the target with a number.
 
         Raises:
             StudyError: there are none.
         """
-        chosen: np.ndarray = known & robot.velocities(robot.match_joints(varied.target))
+        chosen: np.ndarray = with_number & robot.velocities(robot.match_joints(varied.target))
         if not chosen.any():
             raise StudyError(
                 f"{varied.subject}: these joints have no {self.title} to multiply; give values in "
@@ -293,8 +293,8 @@ class JointStiffness(OfDrive):
 
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
         stiffness = landing.joint_model.stiffness
-        known = np.where(stiffness > 0.0, stiffness, np.nan)
-        return _of_unlocked(varied, landing, known)
+        springs = np.where(stiffness > 0.0, stiffness, np.nan)
+        return _of_unlocked(varied, landing, springs)
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         if varied.factor or scene.joints.rotor != base.joints.rotor:

@@ -154,10 +154,10 @@ class JointMotion(Kind):
         moving = [(joint, v) for joint, v in moving if v >= 0]
         if moving:
             return moving
-        known = []
+        valid = []
         for joint in joints:
-            known += [f"{word}:{joint.name}" for word in COMPONENTS.get(joint.kind, ())]
-        remedy = f"valid are {listed(known, 6)}" if known else "name a joint by itself"
+            valid += [f"{word}:{joint.name}" for word in COMPONENTS.get(joint.kind, ())]
+        remedy = f"valid are {listed(valid, 6)}" if valid else "name a joint by itself"
         raise StudyError(f"{subject}: no joint moves so; {remedy}")
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
