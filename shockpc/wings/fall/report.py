@@ -5,7 +5,7 @@ The pictures are in the attitude of the impact.
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,11 +15,10 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.show.document import record
 from shockpc.show.header import scene_lines, shared_warnings, unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.text.printed import count, few, in_degrees, listed, not_computed
 from shockpc.wings.fall.margins import EFFORTS
 from shockpc.wings.fall.planar_fall import Phase
-from shockpc.wings.fall.strikes import FallStrike
 from shockpc.wings.fall.study import Falls
 from shockpc.wings.fall.tip_over import Tip
 
@@ -187,7 +186,7 @@ def _tips(falls: Falls) -> Sheet:
                 balance,
                 tip.least_push,
                 moves(tip, first.rotation),
-                struck_words(first),
+                first.struck_text,
                 first.speed,
                 len(strikes),
                 fastest.number,
@@ -212,21 +211,6 @@ def _tips(falls: Falls) -> Sheet:
     return Sheet(
         f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note]
     )
-
-
-def struck_words(strike: FallStrike) -> str:
-    """Text of what strikes: each link, its speed where these differ, and if it separates."""
-    if len(strike.struck) == 1:
-        return next(iter(strike.struck))
-    speeds = {link: f"{speed:.3g}" for link, speed in strike.struck.items()}
-    differ = len(set(speeds.values())) > 1
-    words = []
-    for link, speed in speeds.items():
-        word = f"{link} {speed}" if differ else link
-        if link not in strike.pressing:
-            word += " (separates)"
-        words.append(word)
-    return few(words, 4)
 
 
 def _strikes(falls: Falls, full: bool) -> list[Sheet]:
@@ -369,24 +353,8 @@ def _margins(falls: Falls) -> Sheet:
 
 def _every_strike(falls: Falls) -> Sheet:
     """All strikes in the order in which they happen."""
-    table = falls.table
-    end_stops = {result.strike.name: result.stop for result in falls.results}
-    first = [end_stops.get(strike.name) for strike in falls.strikes]
-    columns: dict[str | Heading, Sequence[Cell]] = {}
-    for name, values in table.columns.items():
-        if name not in ("landing", "proven"):
-            unit = table.units[name]
-            heading = f"{name} [{unit}]" if unit else name
-            columns[heading] = [None if cell == "" else cell for cell in values.tolist()]
-        # Texts stand beside the numbers that they explain.
-        if name == "number":
-            columns["strike"] = [strike.name for strike in falls.strikes]
-        if name == "struck":
-            columns["struck links"] = list(map(struck_words, falls.strikes))
-    columns["first at its stop"] = [end_stop and end_stop[0] for end_stop in first]
-    columns["stop after [ms]"] = [end_stop and end_stop[1] for end_stop in first]
-    columns["failure"] = [table.messages.get(i) for i in range(len(table))]
-    return Sheet.of("", columns)
+    sheet = sheet_of(falls.table, messages="failure").without("proven")
+    return sheet.headed({"stop_after": "stop after [ms]"})
 
 
 def _document(falls: Falls) -> dict[str, Any]:

@@ -100,11 +100,15 @@ def strikes_table(
 ) -> Table:
     """All strikes, with columns that tell them apart and the worst value of each quantity."""
     columns: dict[str, np.ndarray] = {}
-    for key in ("fall", "number", "motion", "rate", "speed", "energy"):
+    columns["fall"] = np.array([strike.fall for strike in strikes])
+    columns["number"] = np.array([strike.number for strike in strikes])
+    columns["strike"] = np.array([strike.name for strike in strikes])
+    for key in ("motion", "rate", "speed", "energy"):
         columns[key] = np.array([getattr(strike, key) for strike in strikes])
     columns["struck"] = np.array(["+".join(strike.struck) for strike in strikes])
+    columns["struck links"] = np.array([strike.struck_text for strike in strikes])
     columns["rotation"] = np.degrees([strike.rotation for strike in strikes]).round(9)
-    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"}
+    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J", "stop after": "s"}
 
     # A strike that was refused keeps its row, so that the table has all strikes in their order.
     of_strikes = [results.get(strike.name) for strike in strikes]
@@ -113,17 +117,20 @@ def strikes_table(
     for text in texts:
         values = np.full(len(strikes), math.nan)
         values[known] = [result.values[text] for result in computed]
-        places = np.full(len(strikes), "", dtype=object)
-        places[known] = [result.places[text] for result in computed]
+        places = np.full(len(strikes), None)
+        places[known] = [result.places[text] or None for result in computed]
         columns[text] = values
-        columns[f"{text} at"] = places.astype(str)
-        units[f"{text} at"] = ""
+        columns[f"{text} at"] = places
     # What the joints do changes the trunk's motion most, so that each joint model has a column.
     trunk = np.full((len(strikes), 3), math.nan)
     trunk[known] = [result.trunk for result in computed]
     for k, model in enumerate(("free", "with drives", "locked")):
         columns[f"trunk {model}"] = trunk[:, k]
         units[f"trunk {model}"] = "m/s"
+    end_stops = np.full((len(strikes), 2), None)
+    end_stops[known] = [result.stop or (None, None) for result in computed]
+    columns["first at its stop"] = end_stops[:, 0]
+    columns["stop after"] = end_stops[:, 1].astype(float)
     columns["proven"] = known
     messages: dict[int, str] = {}
     for i, strike in enumerate(strikes):

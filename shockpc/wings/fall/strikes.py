@@ -18,6 +18,7 @@ from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, SolveError
+from shockpc.text.printed import few
 from shockpc.wings.fall.body import UP, Rigid, Spot, tilt
 from shockpc.wings.fall.cross_section import CrossSection, SectionMotion
 from shockpc.wings.fall.planar_fall import STICKS, CornerImpact, Kind
@@ -81,6 +82,21 @@ class FallStrike:
     def speed(self) -> float:
         """Speed of the fastest of the struck points towards the ground [m/s]."""
         return max(self.struck.values())
+
+    @property
+    def struck_text(self) -> str:
+        """Text of what strikes: each link, its speed where these differ, and if it separates."""
+        if len(self.struck) == 1:
+            return next(iter(self.struck))
+        speeds = {link: f"{speed:.3g}" for link, speed in self.struck.items()}
+        differ = len(set(speeds.values())) > 1
+        words = []
+        for link, speed in speeds.items():
+            word = f"{link} {speed}" if differ else link
+            if link not in self.pressing:
+                word += " (separates)"
+            words.append(word)
+        return few(words, 4)
 
 
 def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[FallStrike]:
