@@ -13,7 +13,7 @@ from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, unknown_lines
 from shockpc.show.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet
+from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import LEFT_OUT, proof_lines, robot_line, shown_as, without_value
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, count, few
@@ -84,7 +84,7 @@ def recorded_report(
         yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
 
     sheets = {
-        "landings": lambda: _rows(landings, results, order),
+        "landings": lambda: _rows(results, order),
         "quantities": lambda: _extents(landings, results),
     }
     if validation is not None:
@@ -155,20 +155,13 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
     )
 
 
-def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:
+def _rows(results: Table, order: Sequence[int]) -> Sheet:
     """A row for every landing."""
-    units, labels = results.units, study.table.labels
-    columns = {
-        **labels,
-        **{name: values for name, values in results.columns.items() if name not in labels},
-    }
-    header = [
-        Heading("landing", "landing"),
-        *(Heading(name, name, units.get(name, "")) for name in columns if name != "name"),
-    ]
-    cells = [columns["name"], *(values for name, values in columns.items() if name != "name")]
-    rows = [(*(values[i].item() for values in cells), results.messages.get(i)) for i in order]
-    return Sheet("landings", [*header, "message"], rows)
+    sheet = sheet_of(results, "landings", messages="message")
+    # The first column has the names of the landings; keys of the others are their names.
+    _, *others = [Heading(name, name, unit) for name, unit in results.units.items()]
+    rows = [sheet.rows[i] for i in order]
+    return sheet._replace(header=["landing", *others, "message"], rows=rows)
 
 
 def _shown_rows(
@@ -184,7 +177,7 @@ def _shown_rows(
         *["message"] * bool(results.messages),
     )
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
-    return _rows(study, results, order).only(*names)._replace(title=title)
+    return _rows(results, order).only(*names)._replace(title=title)
 
 
 def _shown(results: Table) -> list[Column]:
