@@ -1411,7 +1411,7 @@ def test_measured_cells_that_are_empty_are_left_out_of_figure_and_report(here, c
     written(here / "log.csv", columns)
     words = ("--contact", "LF_FOOT", "--friction", 0.4, "--prove", 0, "--out", here / "out")
     text = good(capfd, "recorded", here / "log.csv", "anymal_b", *words)
-    assert "friction     0.4" in text
+    assert "friction     0.4; measured jumps are compared with the motion with friction\n" in text
     document = json.loads((here / "out" / "recorded.json").read_text())
     found = {one["quantity"]: one["error"] for one in document["tables"]["measured"]}
     assert found["joint rates"] == found["LF_KFE"] > 0.0

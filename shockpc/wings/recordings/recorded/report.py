@@ -120,13 +120,12 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
         " + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved
     )
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
-    if (mu := rows.friction[~np.isnan(rows.friction)]).size:
-        extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
-        yield (
-            "friction",
-            f"{extent}{{'; measured jumps are compared with the motion with friction' * "
-            "bool(rows.measured)}",
-        )
+    mu = rows.friction[~np.isnan(rows.friction)]
+    if mu.size:
+        text = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
+        if rows.measured:
+            text += "; measured jumps are compared with the motion with friction"
+        yield "friction", text
     yield (
         "joint model",
         f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name],
