@@ -3,7 +3,7 @@
 Options that mean nothing are refused.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from shockpc.landing.contact import check_holds_normal
 from shockpc.landing.landing import PosedLanding
@@ -16,18 +16,6 @@ if TYPE_CHECKING:
     from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
 
 
-class _Idle(NamedTuple):
-    """An option that has no effect on rigid contacts.
-
-    Attributes:
-        given: whether the scene gives it.
-        message: the refusal.
-    """
-
-    given: bool
-    message: str
-
-
 def check_options(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
     """Refuse options of finite stiffness that have no meaning for the scene.
 
@@ -37,9 +25,9 @@ def check_options(scene: Scene, constraints: tuple[Constraint, ...]) -> None:
     """
     stops = scene.stops or any(constraint.kind == "stop" for constraint in constraints)
     if not scene.yields:
-        for idle in _idle_on_rigid_contacts(scene):
-            if idle.given:
-                raise SceneError(idle.message)
+        for is_set, message in _idle_on_rigid_contacts(scene):
+            if is_set:
+                raise SceneError(message)
         return
     if scene.stop_stiffness is not None and not stops:
         raise SceneError(STOPS_NEEDED)
@@ -94,8 +82,8 @@ STOPS_NEEDED = (
 )
 
 
-def _idle_on_rigid_contacts(scene: Scene) -> tuple[_Idle, ...]:
-    """Options that have an effect on contacts of finite stiffness alone.
+def _idle_on_rigid_contacts(scene: Scene) -> tuple[tuple[bool, str], ...]:
+    """Options without effect on rigid contacts: whether the scene sets each, and the refusal.
 
     They are in the order in which they are refused.
     """
@@ -105,21 +93,21 @@ def _idle_on_rigid_contacts(scene: Scene) -> tuple[_Idle, ...]:
     # With parts, the stiffness is looked for on which one breaks.
     breakable = bool(scene.part)
     return (
-        _Idle(scene.stop_stiffness is not None, STOPS_NEEDED),
-        _Idle(scene.tangential_stiffness is not None, f"a stiffness along the ground {without}"),
-        _Idle(scene.contact_damping is not None, f"a contact damping {without}"),
-        _Idle(scene.contact_law is not None, f"a contact law {without}"),
-        _Idle(
+        (scene.stop_stiffness is not None, STOPS_NEEDED),
+        (scene.tangential_stiffness is not None, f"a stiffness along the ground {without}"),
+        (scene.contact_damping is not None, f"a contact damping {without}"),
+        (scene.contact_law is not None, f"a contact law {without}"),
+        (
             bool(joints.torque or joints.motors),
             f"{torque} of joints: constant torques have an effect only on contacts of finite "
             f"stiffness; give contact_stiffness too",
         ),
-        _Idle(
+        (
             not scene.gravity and not breakable,
             "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; "
             "give contact_stiffness too",
         ),
-        _Idle(
+        (
             bool(scene.flex) and not breakable,
             "flex: links that bend have an effect only on contacts of finite stiffness; give "
             "contact_stiffness too, or leave it out",

@@ -514,7 +514,7 @@ def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
     )
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
     np.testing.assert_allclose(
-        history.acceleration @ M,
+        history.force @ motion.response.T @ M,
         history.force @ motion.elements.rows,
         atol=1e-8 * np.abs(history.force).max(),
     )

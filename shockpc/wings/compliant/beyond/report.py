@@ -42,8 +42,8 @@ OF_LEG = (
 )
 """Compared quantities of the leg of tubes."""
 
-SHOWN, REST = (1.0, 3.0, 10.0), "further Tc f1, and what the words mean: --out"
-"""Tc f1 of robots that a terminal shows, and what it says of the others."""
+SHOWN_RATIOS, OF_OTHER_RATIOS = (1.0, 3.0, 10.0), "further Tc f1, and what the words mean: --out"
+"""Tc f1 of robots that a terminal shows, and its note of the others."""
 
 NOT_MODELLED = (
     "not modelled: compliance of bearings and gears, and damping of the material; real links bend "
@@ -98,7 +98,7 @@ def _shown(sheet: Sheet, full: bool) -> Sheet:
     """The rows that a terminal shows, or all."""
     if full:
         return sheet
-    return sheet.where(lambda row: row["ratio"] in SHOWN)._replace(notes=(REST,))
+    return sheet.where(lambda row: row["ratio"] in SHOWN_RATIOS)._replace(notes=(OF_OTHER_RATIOS,))
 
 
 def _beam_sheet() -> Sheet:

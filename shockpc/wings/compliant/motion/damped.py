@@ -111,18 +111,21 @@ def damped_modes(sigma: Array, dampers: Array, in_series: Array) -> Damped:
 
 
 def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
-    """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,)."""
+    """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,).
+
+    A state x becomes Σ_j v_j (V⁻¹ x)_j exp(λ_j t), of the eigenvectors v_j, columns of V.
+    """
     deflects, moves, A, rate, vectors, inverse = modes
     state = np.concatenate([deflection[deflects], velocity[moves]])
-    p = int(np.count_nonzero(deflects))
     # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
-    deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
     twice = np.where(rate.imag > 0.0, 2.0, 1.0)
-    parts = (vectors * (inverse @ state) * twice)[:, kept]
-    deflections[deflects], velocities[moves] = parts[:p], parts[p:]
-    first = A @ state
-    bounds = float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))
+    waves = (vectors * (inverse @ state) * twice)[:, kept]
+    p = int(np.count_nonzero(deflects))
+    deflections, velocities = np.zeros((2, len(moves), waves.shape[1]), dtype=complex)
+    deflections[deflects], velocities[moves] = waves[:p], waves[p:]
+    change = A @ state
+    bounds = float(np.linalg.norm(change)), float(np.linalg.norm(A @ change))
     return Oscillations(rate[kept], deflections, velocities, bounds)
 
 

@@ -25,13 +25,11 @@ class History(NamedTuple):
             normal where the ground pushes.
         displacement: (T, n) x [rad, m].
         jump: (T, n) change of velocity ẋ(t) − q̇⁻ [rad/s, m/s].
-        acceleration: (T, n) ẍ [rad/s², m/s²].
     """
 
     force: Array
     displacement: Array
     jump: Array
-    acceleration: Array
 
 
 class StiffMotion(NamedTuple):
@@ -111,7 +109,7 @@ class StiffMotion(NamedTuple):
         displacement = displacement + np.outer(times, self.unresisted_velocity)
         displacement = displacement + np.outer(times**2 / 2.0, self.unresisted_gravity)
         jump = jump @ self.to_velocity.T + np.outer(times, self.unresisted_gravity)
-        return History(force, displacement, jump, force @ self.response.T + self.gravity)
+        return History(force, displacement, jump)
 
     def peak(self, outputs: Array, constant: Array | float = 0.0) -> tuple[Array, Array]:
         """The largest lengths of vectors P f + p, linear in forces f, and when they are reached.

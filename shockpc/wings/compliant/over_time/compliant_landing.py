@@ -82,8 +82,6 @@ class CompliantLanding:
         of_scene = self.number < len(self.moving.contact_places)
         self.normal = self.system.elements.normal & of_scene
         self._peaks: dict[Any, tuple[Array, Array]] = {}
-        self._impacts: dict[float, DoubleImpact] = {}
-        self._filtered: dict[LowPass, StiffMotion] = {}
         self.motion = self._simulate(until)
 
     def _simulate(self, until: float | None) -> StiffMotion:
@@ -106,6 +104,7 @@ class CompliantLanding:
         k = self.landing.scene.contact_stiffness
         return SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}")
 
+    @memoized()
     def filtered(self, low_pass: LowPass | None) -> StiffMotion:
         """The motion with its forces behind a filter, or as it is without one.
 
@@ -119,12 +118,10 @@ class CompliantLanding:
         """
         if low_pass is None:
             return self.motion
-        if low_pass not in self._filtered:
-            motion, tail = self.motion, low_pass.tail
-            if (self.number < 0).any():
-                motion, tail = self._simulate(motion.duration + tail), 0.0
-            self._filtered[low_pass] = filtered(motion, low_pass, tail)
-        return self._filtered[low_pass]
+        motion, tail = self.motion, low_pass.tail
+        if (self.number < 0).any():
+            motion, tail = self._simulate(motion.duration + tail), 0.0
+        return filtered(motion, low_pass, tail)
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
@@ -254,15 +251,13 @@ class CompliantLanding:
         first = self.motion.first("unloads")[self.normal]
         return float(first[np.isfinite(first)].max(initial=0.0)) or self.motion.duration
 
+    @memoized()
     def impact_at(self, time: float) -> DoubleImpact:
         """The changes of velocity from the impact until a time [s], with free fall.
 
         They are of the scene's strike, without impulses.
         """
-        if time not in self._impacts:
-            jumps = self.motion.at(np.array([time])).jump.T
-            self._impacts[time] = impact_of(self.moving, self.system, jumps)
-        return self._impacts[time]
+        return impact_of(self.moving, self.system, self.motion.at(np.array([time])).jump.T)
 
     @functools.cached_property
     def difference(self) -> float:

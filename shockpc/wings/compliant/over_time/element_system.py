@@ -39,17 +39,16 @@ class ElementSystem:
     behind a spring.
 
     Attributes:
-        rows: of the contacts; with further stops their equation has rows of these too, behind its
-            own.
+        rows: of the contacts; with end stops besides these their equation has rows of those too,
+            behind its own.
         free: (nv, m) joint velocities for unit values of the first m coordinates, which are not
             those of rotors.
         strikes: (c,) which of the contact rows are of end stops that strike.
-        stops: further ones; their contacts are numbered behind those of the scene.
+        stops: end stops besides contacts, which are numbered behind these.
         along: (k, ny) speeds of the springs, those to rotors, and motors for unit free velocities;
             zero of motors behind springs.
         inertia: (n, n).
-        elements: of contact rows, further stops, springs, springs to rotors and motors, in this
-            order.
+        elements: of contact rows, end stops, springs, springs to rotors and motors, in this order.
         velocity: (n,) of the coordinates before the impact.
         gravity: (n,) accelerations of the coordinates in free fall.
         fall: (n,) the same with links that stay straight, as they are before touchdown.
@@ -67,8 +66,8 @@ class ElementSystem:
     fall: Array
 
 
-class _Stops(NamedTuple):
-    """The stops at which joints are that are no contacts of the scene.
+class _EndStops(NamedTuple):
+    """End stops at which joints are, besides those that are contacts of the scene.
 
     Attributes:
         stops: s of them.
@@ -107,10 +106,9 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     """
     rows, model = contact_rows(landing, stands=True), landing.joint_model
     _refuse_turning(landing, rows)
-    G, free = _velocities(rows)
-    striking = [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
-    strikes = np.isin(rows.number, striking)
-    stops = _further_stops(landing)
+    free = _velocities(rows)
+    strikes = _of_striking_stops(landing, rows)
+    stops = _end_stops(landing)
     constant = constant_forces(landing, rows, free)
     joints = _joint_elements(landing, constant.torque)
 
@@ -120,8 +118,8 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         _of_stops(landing, stops, free),
         _of_springs(landing, joints.springs, free, constant.load),
     )
-    rates = landing.before.joint_rates[joints.springs]
-    speeds = np.concatenate([rows.speeds, stops.speeds, rates])
+    spring_rates = landing.before.joint_rates[joints.springs]
+    speeds = np.concatenate([rows.speeds, stops.speeds, spring_rates])
     before = _coordinates(landing, free, struck.rows, speeds)
 
     geared = joints.geared
@@ -140,7 +138,7 @@ def element_system(landing: PosedLanding) -> ElementSystem:
         free=free,
         strikes=strikes,
         stops=stops.stops,
-        along=_along(G, joints),
+        along=_along(rows, joints),
         inertia=M,
         elements=elements,
         velocity=velocity,
@@ -149,12 +147,17 @@ def element_system(landing: PosedLanding) -> ElementSystem:
     )
 
 
-def _velocities(rows: ContactRows) -> tuple[Array, Array]:
-    """Joint velocities for unit free velocities (nv, ny), and for unit coordinates (nv, m)."""
+def _velocities(rows: ContactRows) -> Array:
+    """Joint velocities (nv, m) for unit coordinates."""
     if rows.equation.G is None:
-        return np.eye(len(rows.basis)), rows.basis
-    G = rows.equation.G[0]
-    return G, G @ rows.basis
+        return rows.basis
+    return np.asarray(rows.equation.G[0] @ rows.basis)
+
+
+def _of_striking_stops(landing: PosedLanding, rows: ContactRows) -> np.ndarray:
+    """Mask (c,) of the rows of contacts that are end stops that strike."""
+    striking = [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"]
+    return np.isin(rows.number, striking)
 
 
 def _joint_elements(landing: PosedLanding, torque: Array) -> _JointElements:
@@ -166,11 +169,9 @@ def _joint_elements(landing: PosedLanding, torque: Array) -> _JointElements:
     return _JointElements(springs, geared, motors, np.isin(motors, geared))
 
 
-def _along(G: Array, joints: _JointElements) -> Array:
-    """Speeds (k, ny) of springs, those to rotors, and motors for unit free velocities.
-
-    Args: G (nv, ny), joint velocities for these.
-    """
+def _along(rows: ContactRows, joints: _JointElements) -> Array:
+    """Speeds (k, ny) of springs, those to rotors, and motors for unit free velocities."""
+    G = np.eye(len(rows.basis)) if rows.equation.G is None else rows.equation.G[0]
     of_motors = np.where(joints.behind[:, None], 0.0, G[joints.motors])
     return np.concatenate([G[joints.springs], G[joints.geared], of_motors])
 
@@ -193,8 +194,8 @@ def _of_springs(landing: PosedLanding, springs: np.ndarray, free: Array, load: A
     return Elements.alike(free[springs], stiffness, load=load[springs], straight=straight)
 
 
-def _of_stops(landing: PosedLanding, stops: _Stops, free: Array) -> Elements:
-    """The elements of further stops, numbered after the contacts.
+def _of_stops(landing: PosedLanding, stops: _EndStops, free: Array) -> Elements:
+    """The elements of end stops, numbered after the contacts.
 
     They are open at first, where their joint does not move towards them.
     """
@@ -251,15 +252,14 @@ def _refuse_turning(landing: PosedLanding, rows: ContactRows) -> None:
         )
 
 
-def _further_stops(landing: PosedLanding) -> _Stops:
-    """The further stops, as `stop_rows`; none where the scene leaves them out."""
+def _end_stops(landing: PosedLanding) -> _EndStops:
+    """The end stops besides contacts; none where the scene leaves them out."""
     if not landing.scene.stops:
-        return _Stops((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
+        return _EndStops((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing)
     striking = {constraint.body for constraint in landing.contacts if constraint.kind == "stop"}
     kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
-    further = tuple(stops[k] for k in kept)
-    return _Stops(further, along[kept], speeds[kept])
+    return _EndStops(tuple(stops[k] for k in kept), along[kept], speeds[kept])
 
 
 def _coordinates(landing: PosedLanding, free: Array, B: Array, speeds: Array) -> Array:
