@@ -5,7 +5,7 @@ it is written at [m/s] (Featherstone's order, the shock paper's Section 3.2). Al
 leading axes.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -207,7 +207,9 @@ def _jumps_of(
     """The jumps of some bodies, for which only those that carry them are computed."""
     carriers: set[int] = set()
     for body in bodies:
-        carriers.update(_path(parent, body))
+        while body >= 0:
+            carriers.add(body)
+            body = parent[body]
     carried = sorted(carriers)
     index = {body: i for i, body in enumerate(carried)}
     parents = [index.get(parent[body], -1) for body in carried]
@@ -224,13 +226,6 @@ def in_body_axes(jumps: Array, rotation: Array) -> Array:
     to_body = np.swapaxes(rotation, -1, -2)[..., None, :, :]
     parts = jumps.reshape(*jumps.shape[:2], 2, 3, -1)
     return np.asarray(to_body @ parts).reshape(jumps.shape)
-
-
-def _path(parent: Sequence[int], body: int) -> Iterator[int]:
-    """A body and all that carry it."""
-    while body >= 0:
-        yield body
-        body = parent[body]
 
 
 def quaternion_of(rotation: Array) -> Array:

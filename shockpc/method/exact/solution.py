@@ -56,6 +56,8 @@ class ExactSolution:
         row_space: which of the rows are independent.
         before: the motion before the impact, which may be set until the speeds are read.
         state: the robot in the posture (N = 1).
+        own_inertia: (nv,) reflected inertia of the joints without the coupling to other links
+            [kg m², kg].
         joint_origins: (1, n, 3) origins of the frames of the robot's `single_joints`, from the base
             [m].
 
@@ -78,7 +80,7 @@ class ExactSolution:
         self._placements = kinematics.placements
         self.joint_origins = kinematics.origins
         self._moments = self._body_moments()
-        self._armature = self.exact(system.armature) - self.exact(system.coupling)
+        self.own_inertia = self.exact(system.armature) - self.exact(system.coupling)
 
         # Which velocities are free, the last joint's first.
         column = {joint.name: joint.v.start for joint in robot.single_joints}
@@ -129,7 +131,7 @@ class ExactSolution:
         """H (nv, nv), which only joints that follow others need."""
         robot = self.posed.system.robot
         return joint_inertia(
-            self.arithmetic, robot, self.state.J[0], self.body_inertias, self._armature
+            self.arithmetic, robot, self.state.J[0], self.body_inertias, self.own_inertia
         )
 
     @cached_property
@@ -246,11 +248,6 @@ class ExactSolution:
         """Inertias (1, nb, 6, 6) of the bodies about the base's origin, world axes."""
         tables = [inertia.table() for inertia in self.body_inertias]
         return np.array(tables, dtype=object)[None]
-
-    @cached_property
-    def own_inertia(self) -> Numbers:
-        """Reflected inertia (nv,) of the joints without the coupling to other links [kg m², kg]."""
-        return self._armature
 
     @cached_property
     def constrained(self) -> np.ndarray:
@@ -389,7 +386,7 @@ class ExactSolution:
         # U = I^A S,   D = Sᵀ U + armature,   u = B − Sᵀ p^A
         U = I_A * S
         D = S.transpose() * U
-        for k, inertia in enumerate(self._armature[self._free[columns]].tolist()):
+        for k, inertia in enumerate(self.own_inertia[self._free[columns]].tolist()):
             D[k, k] += inertia
         u = block(B.table()[columns]) - S.transpose() * p_A
         # D⁻¹ Uᵀ and D⁻¹ u

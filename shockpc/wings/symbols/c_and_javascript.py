@@ -48,7 +48,7 @@ NAMES = tuple(OPERATIONS)
 """Names of operations by number."""
 
 
-class Pieces(NamedTuple):
+class StatementPieces(NamedTuple):
     """The statements of a program, in pieces.
 
     Attributes:
@@ -62,7 +62,7 @@ class Pieces(NamedTuple):
 
 def pieces(
     program: Program, inputs: Mapping[str, int], words: Mapping[str, str], declare: str, size: int
-) -> Pieces:
+) -> StatementPieces:
     """The statements of a program that read its inputs and write `out`.
 
     Args:
@@ -76,7 +76,7 @@ def pieces(
     statements = _Statements(program, inputs, words, declare, size)
     starts = range(0, max(len(statements.operands), 1), size)
     bodies = ["\n".join(statements.of_piece(start)) for start in starts]
-    return Pieces(bodies, len(statements.slots))
+    return StatementPieces(bodies, len(statements.slots))
 
 
 class _Statements:

@@ -302,7 +302,7 @@ class SymbolSolution(ExactSolution):
         # H_kk = armature + ωᵀ I ω + 2 ωᵀ (h × v) + m vᵀ v
         robot = self.posed.system.robot
         composite = self._moments_about_base()
-        diagonal = self._armature.copy()
+        diagonal = self.own_inertia.copy()
         for i in range(len(composite) - 1, -1, -1):
             mass, h, inertia = composite[i]
             for k in range(robot.joints[i].v.start, robot.joints[i].v.stop):

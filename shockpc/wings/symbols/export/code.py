@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, C, Pieces, digits, pieces
+from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, C, StatementPieces, digits, pieces
 from shockpc.wings.symbols.programs import Program
 
 
@@ -239,7 +239,7 @@ def _parts_of_javascript(
     }
 
 
-def _functions(parts: Pieces, head: str, arguments: Sequence[str]) -> dict[str, object]:
+def _functions(parts: StatementPieces, head: str, arguments: Sequence[str]) -> dict[str, object]:
     """The functions of a program, and their calls.
 
     Args:
