@@ -10,6 +10,7 @@ from shockpc.cli.options import ROBOT, SceneOptions
 from shockpc.cli.parse import path
 from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study_inputs import CommandLine, Input
+from shockpc.landing.scenes.scene import Contact
 from shockpc.robot.robot import Robot
 from shockpc.wings.recordings.logs.column_meaning import StateColumns
 from shockpc.wings.recordings.recorded_table import refuse_overridden, table_and_scene
@@ -29,11 +30,9 @@ def _log(line: CommandLine) -> tuple[Robot, dict[str, Any]]:
     log, robot_or_scene = line.inputs
     robot, scenes = scenes_from(robot_or_scene, line.options)
     # Single feet come last where all land together, and stand in the robot's order.
-    contacts = {
-        contact.frame: contact
-        for scene in sorted(scenes, key=lambda one: len(one.contact))
-        for contact in scene.contact
-    }
+    contacts: dict[str, Contact] = {}
+    for scene in sorted(scenes, key=lambda scene: len(scene.contact)):
+        contacts |= {contact.frame: contact for contact in scene.contact}
     watched = {"contacts": tuple(contacts)} if line.options.contact else {}
     scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
     return robot, {"log": log, "scene": scene, "robot": robot, **watched}

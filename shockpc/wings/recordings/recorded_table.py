@@ -86,51 +86,66 @@ def refuse_overridden(
     """
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
-    # An empty cell takes the scene's value, so its column does not override the option.
-    filled: list[str] = []
-    for name, values in table.others.items():
-        of_cells = name in CELLS or name.startswith("effort_")
-        if of_cells and not empty_cells(values).any():
-            filled.append(name)
-    efforts = _columns_by_subject([name for name in filled if name not in CELLS], robot, "", ())
+    filled = _filled_columns(table)
+    efforts = [name for name in filled if name not in CELLS]
     typed = options.fields(Strike) | options.fields(Posture)
     forward = plane_of(check_scene(scene)).forward.tolist()
 
-    ignored: list[tuple[str, str]] = []
+    overridden: list[tuple[str, str]] = []
     for name in CELLS:
         if getattr(options, name) and name in filled:
-            ignored.append((f"--{name}", name))
+            overridden.append((f"--{name}", name))
     if "friction" in options.fields(Scene):
-        ignored += [("--friction", name) for name in FRICTION if name in table.others]
-    ignored += _overridden_vectors(typed, forward, positions, rates)
+        overridden += [("--friction", name) for name in FRICTION if name in table.others]
+    overridden += _overridden_vectors(typed, forward, positions, rates)
     # A glob loses its effect only if the table has each joint that it fits.
-    for option, settings, known in (
+    for option, settings, columns in (
         ("--set", options.set, positions),
         ("--joint-velocity", options.joint_velocity, rates),
-        ("--torque", options.given.get("torque") or (), efforts),
+        (
+            "--torque",
+            options.given.get("torque") or (),
+            _columns_by_subject(efforts, robot, "", ()),
+        ),
     ):
         for pattern, _ in settings:
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
-            if all(name in known for name in names):
-                ignored.append((f"{option} {pattern}", known[names[0]]))
-
-    # A posture with a name has no effect if the table gives all joints that can be set, and the
-    # attitude of a free base.
-    posture: list[str] = []
-    for joint in robot.single_joints:
-        if joint.kind != "free" and joint.name not in robot.followers:
-            posture.append(f"joint {joint.name}")
-    if robot.free_base:
-        posture += ANGLES
+            if all(name in columns for name in names):
+                overridden.append((f"{option} {pattern}", columns[names[0]]))
+    posture = _subjects_of_posture(robot)
     if "reference" in typed and all(name in positions for name in posture):
-        ignored.append(("--posture", positions[posture[0]]))
-    if ignored:
-        listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
+        overridden.append(("--posture", positions[posture[0]]))
+    if overridden:
+        listed = ", ".join(f'{option} (column "{column}")' for option, column in overridden)
         raise SceneError(
             f"columns override options: {listed}; leave out the options (in an option of three "
             f"numbers, set the overridden "
             "one to zero), or the columns with --map COLUMN="
         )
+
+
+def _filled_columns(table: StateColumns) -> list[str]:
+    """The columns of which an empty cell would take the scene's value, and that have none."""
+    filled: list[str] = []
+    for name, values in table.others.items():
+        of_cells = name in CELLS or name.startswith("effort_")
+        if of_cells and not empty_cells(values).any():
+            filled.append(name)
+    return filled
+
+
+def _subjects_of_posture(robot: Robot) -> list[str]:
+    """What a table gives if a posture with a name has no effect.
+
+    That is all joints that can be set, and the attitude of a free base.
+    """
+    subjects: list[str] = []
+    for joint in robot.single_joints:
+        if joint.kind != "free" and joint.name not in robot.followers:
+            subjects.append(f"joint {joint.name}")
+    if robot.free_base:
+        subjects += ANGLES
+    return subjects
 
 
 def _overridden_vectors(
@@ -169,25 +184,27 @@ def _overridden_vectors(
 
 
 def _columns_by_subject(
-    columns: Iterable[str], robot: Robot, whole: str, base: Sequence[str]
+    columns: Iterable[str], robot: Robot, array: str, base: Sequence[str]
 ) -> dict[str, str]:
     """The column that gives each joint, as "joint NAME", and each number of the base.
 
     Args:
         columns: of positions or rates.
         robot: the robot.
-        whole: name of MuJoCo's column that gives all of them.
+        array: name of MuJoCo's column that gives all of them.
         base: the numbers of the base.
     """
-    found: dict[str, str] = {}
+    by_subject: dict[str, str] = {}
     for name in columns:
         column = column_name(name, robot)
-        if name == whole and name not in robot.joint_names:
-            found |= dict.fromkeys(
-                [f"joint {joint}" for joint in robot.joint_names] + [*base] * robot.free_base, name
-            )
+        subjects: list[str] = []
+        if name == array and name not in robot.joint_names:
+            subjects = [f"joint {joint}" for joint in robot.joint_names]
+            if robot.free_base:
+                subjects += base
+        elif column is not None and column.base == "qw":
+            subjects = list(ANGLES)
         elif column is not None:
-            found |= dict.fromkeys(
-                ANGLES if column.base == "qw" else [column.base or f"joint {column.target}"], name
-            )
-    return found
+            subjects = [column.base or f"joint {column.target}"]
+        by_subject |= dict.fromkeys(subjects, name)
+    return by_subject

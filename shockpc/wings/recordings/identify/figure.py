@@ -15,7 +15,7 @@ from shockpc.show.wording import robot_name, varied_text
 from shockpc.text.printed import count, printable
 from shockpc.wings.recordings.identify.predictor import Predicted
 from shockpc.wings.recordings.identify.study import Identification
-from shockpc.wings.recordings.identify.uncertainty import Unknown
+from shockpc.wings.recordings.identify.uncertainty import IdentifiedValue
 
 CLEAR_MINIMUM = 0.2
 """Smallest error, in errors before, up to which errors are drawn in logarithms."""
@@ -93,7 +93,7 @@ def _error_axis(before: float, scans: list[Array]) -> ErrorAxis:
 
 
 def _draw_error(
-    panel: Axes, unknown: Unknown, values: Array, errors: Array, axis: ErrorAxis
+    panel: Axes, unknown: IdentifiedValue, values: Array, errors: Array, axis: ErrorAxis
 ) -> None:
     """Draw the errors over the values of an unknown, and its interval."""
     title = f"{unknown.value:.3g}"

@@ -104,7 +104,7 @@ class Fit:
             return energy_norms(W, coordinates, difference) / energy_norms(W, coordinates, measured)
 
 
-class Solution(NamedTuple):
+class FittedValues(NamedTuple):
     """The values with which the landings are predicted best.
 
     Attributes:
@@ -200,7 +200,7 @@ def _whitening(
     return whitening
 
 
-def solve(fit: Fit) -> Solution:
+def fitted_values(fit: Fit) -> FittedValues:
     """The values of the unknowns with the minimum cost."""
     u, scale = _minimum(fit)
     values = fit.values(u)
@@ -212,7 +212,7 @@ def solve(fit: Fit) -> Solution:
     # of it.
     gains = np.sqrt(np.einsum("n,nkp->p", weights, fit.derivatives(u) ** 2))
     spread = left / np.maximum(gains, 1e-12)
-    return Solution(
+    return FittedValues(
         u=u,
         values=values,
         scale=scale,

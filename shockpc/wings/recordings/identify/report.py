@@ -13,13 +13,13 @@ from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.robot.bodies_and_joints import IDENTIFIED
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import robot_line
 from shockpc.text.printed import cause_lines, causes, count, few, listed
 from shockpc.text.toml import toml_lines
 from shockpc.wings.recordings.identify.predictor import SCALE
 from shockpc.wings.recordings.identify.study import ERRORS, Identification
-from shockpc.wings.recordings.identify.uncertainty import Unknown
+from shockpc.wings.recordings.identify.uncertainty import IdentifiedValue
 
 DRIVES, SCENE = "drives.toml", "scene.toml"
 """Files of what was found."""
@@ -57,6 +57,7 @@ def identify_report(file: Path, study: Identification) -> Report:
 
 def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
     predictor = study.predictor
+    rows = predictor.rows
     yield (
         "table",
         f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} are used",
@@ -64,24 +65,17 @@ def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
     yield robot_line(predictor.robot)
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
-    yield (
-        "measured",
-        f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}",
-    )
+    names = [column.name for column in predictor.measured]
+    yield "measured", f"{few(names, 12, what=' velocities')}{when}"
     used = {(column.key, column.time) for column in predictor.measured}
-    others = [
-        f"{one.key} after {one.time:g} ms" if one.time else one.key
-        for one in predictor.rows.measured
-    ]
-    others = [
-        name
-        for name, one in zip(others, predictor.rows.measured, strict=True)
-        if (one.key, one.time) not in used
-    ]
-    if others:
-        yield "not used", few(others, 12, what=" columns")
-    yield "in the table", ", ".join(predictor.rows.given)
-    yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
+    unused = []
+    for column in rows.measured:
+        if (column.key, column.time) not in used:
+            unused.append(f"{column.key} after {column.time:g} ms" if column.time else column.key)
+    if unused:
+        yield "not used", few(unused, 12, what=" columns")
+    yield "in the table", ", ".join(rows.given)
+    yield "of the scene", ", ".join(rows.missing) or "nothing"
 
 
 def _unknowns(study: Identification) -> Sheet:
@@ -110,36 +104,36 @@ def _errors(study: Identification) -> Sheet:
 
 
 def _landings(study: Identification) -> Sheet:
-    names, messages = (
-        study.predictor.rows.names,
-        dict(study.predictor.rows.messages) | dict(study.messages),
-    )
+    rows = study.predictor.rows
+    messages = dict(rows.messages) | dict(study.messages)
     errors = {f"error {key} [-]": study.landing_errors[key] for key in ERRORS}
-    why = [messages.get(i) for i in range(len(names))]
-    return Sheet.of("landings", {"landing": list(map(str, names)), **errors, "message": why})
+    reasons = [messages.get(i) for i in range(len(rows.names))]
+    return Sheet.of(
+        "landings", {"landing": list(map(str, rows.names)), **errors, "message": reasons}
+    )
 
 
 def _scans(study: Identification) -> Sheet:
     """The error over the range of each unknown, with the others as they were found."""
-    scans = [(one.variation, study.scan(j)) for j, one in enumerate(study.unknowns)]
-    rows = [
-        (one.subject, one.unit, float(x), float(y))
-        for one, scan in scans
-        for x, y in zip(*scan, strict=True)
-    ]
+    rows: list[Row] = []
+    for j, unknown in enumerate(study.unknowns):
+        variation = unknown.variation
+        for value, error in zip(*study.scan(j), strict=True):
+            rows.append((variation.subject, variation.unit, float(value), float(error)))
     return Sheet("error over each unknown", ("unknown", "unit", "value", "error"), rows)
 
 
 def _closing(study: Identification) -> Iterator[str]:
     if study.messages:
         yield f"without a prediction with these values: {count(len(study.messages), 'landing')}"
-        refused = causes(
-            (str(study.predictor.rows.names[i]), text) for i, text in study.messages.items()
-        )
+        names = study.predictor.rows.names
+        refused = causes((str(names[i]), text) for i, text in study.messages.items())
         yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
-    if links := [one.variation.subject for one in study.unknowns if one.variation.kind.of_robot]:
+    variations = [unknown.variation for unknown in study.unknowns]
+    of_robot = [variation.subject for variation in variations if variation.kind.of_robot]
+    if of_robot:
         yield (
-            f"{listed(links)} belongs to the robot's file, not to a scene: change it there. "
+            f"{listed(of_robot)} belongs to the robot's file, not to a scene: change it there. "
             f"shockpc compare ROBOT "
             "--change NAME=VALUE shows its effect"
         )
@@ -148,9 +142,8 @@ def _closing(study: Identification) -> Iterator[str]:
 
 
 def _document(study: Identification, table: str) -> dict[str, Any]:
-    def pairs(values: Any) -> list[list[float | None]]:
-        return [[None if np.isnan(x) else float(x) for x in row] for row in values]
-
+    correlation = study.correlation.astype(object)
+    correlation[np.isnan(study.correlation)] = None
     return {
         "table": table,
         "robot": study.predictor.robot.name,
@@ -158,7 +151,7 @@ def _document(study: Identification, table: str) -> dict[str, Any]:
         "landings": len(study.used),
         "used": int(study.used.sum()),
         "measured": [column.name for column in study.predictor.measured],
-        "correlation": pairs(study.correlation),
+        "correlation": correlation.tolist(),
         "singular_values": study.singular,
         "statements": study.statements,
     }
@@ -167,7 +160,7 @@ def _document(study: Identification, table: str) -> dict[str, Any]:
 def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
     scene, files = study.scene, dict[str, str]()
-    if any(one.variation.kind.of_drives for one in study.unknowns):
+    if any(unknown.variation.kind.of_drives for unknown in study.unknowns):
         files[DRIVES] = _drives_text(study, table)
         joints = dataclasses.replace(
             scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={}
@@ -176,7 +169,7 @@ def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]
     return files | {SCENE: scene_text(scene, folder)}
 
 
-def _share(unknown: Unknown) -> tuple[float, float]:
+def _share(unknown: IdentifiedValue) -> tuple[float, float]:
     """The ends of an inertia that was looked for, as shares of its value.
 
     They are those of the 95 % interval, and not nearer than drives of one type agree; of what was
@@ -211,55 +204,72 @@ def _drives_text(study: Identification, table: str) -> str:
 
     Their source has today's date.
     """
-    day = datetime.date.today().isoformat()
     robot, joints = study.robot, study.scene.joints
     # Rigid joints have no inertia that could be written, so that the drives are taken as they are.
-    model = joint_model(
-        robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints
-    )
-    sources: dict[str, str] = {}
-    status: dict[str, dict[str, str]] = {}
-    shares: dict[str, tuple[float, float]] = {}
-    for one in study.unknowns:
-        if one.variation.kind.of_drives:
-            interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
-            text = (
-                f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: "
-                f"{one.value:.4g}{interval}"
-            )
-            text += f", {one.state}" * (one.state != "identified")
-            names = robot.match_joints(one.variation.target)
-            sources |= dict.fromkeys(names, text)
-            if one.state == "identified":
-                status |= {name: {"status": "identified"} for name in names}
-            if one.variation.kind.of_rotors:
-                shares |= dict.fromkeys(names, _share(one))
+    if joints.model == "rigid":
+        joints = dataclasses.replace(joints, model=None)
+    model = joint_model(robot, joints)
+    identified = _identified_drives(study, table)
     drives: dict[str, dict[str, Any]] = {}
     for name in robot.joint_names:
+        source, share = identified.get(name, ({"source": "of the scene"}, None))
         v = robot.joint(name).v.start
-        # With a spring in the drive, the inertia is that of the rotor behind it.
-        behind = np.isfinite(model.drive_stiffness[v])
-        values: dict[str, Any] = {
-            "armature": float(model.rotor[v] if behind else model.armature[v]),
-            "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
-            "stiffness": float(model.stiffness[v]),
-        }
-        values = {key: value for key, value in values.items() if value > 0.0}
-        if per_turn := float(model.per_turn[v]):
-            values |= {
-                "gear_ratio": 1.0 / abs(per_turn),
-                "gear": "planetary" if per_turn > 0.0 else "harmonic",
-            }
-        ends = _ends(model, v, shares.get(name))
-        if values.get("armature") and ends is not None:
+        values = _drive_values(model, v)
+        ends = _ends(model, v, share)
+        if "armature" in values and ends is not None:
             values["range"] = ends
         if values:
-            more = (
-                status.get(name, {}) | {"source": sources[name]}
-                if name in sources
-                else {"source": "of the scene"}
-            )
             # Joints with the same values and source share an entry.
-            drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
-            drive["joint"].append(name)
+            entry = {"joint": [], **values, **source}
+            drives.setdefault(repr((values, source)), entry)["joint"].append(name)
     return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"
+
+
+def _identified_drives(
+    study: Identification, table: str
+) -> dict[str, tuple[dict[str, str], tuple[float, float] | None]]:
+    """Status and source of the drives that were looked for by joint, and the `_share` of inertias.
+
+    The source has today's date.
+    """
+    day = datetime.date.today().isoformat()
+    landings = count(int(study.used.sum()), "landing")
+    status: dict[str, dict[str, str]] = {}
+    sources: dict[str, str] = {}
+    shares: dict[str, tuple[float, float]] = {}
+    for unknown in study.unknowns:
+        kind = unknown.variation.kind
+        if not kind.of_drives:
+            continue
+        names = study.robot.match_joints(unknown.variation.target)
+        text = f"{table}, {landings}, {day}: {unknown.value:.4g}"
+        if not math.isnan(unknown.low):
+            text += f" ({unknown.low:.4g} to {unknown.high:.4g})"
+        if unknown.state == "identified":
+            status |= {name: {"status": "identified"} for name in names}
+        else:
+            text += f", {unknown.state}"
+        sources |= dict.fromkeys(names, text)
+        if kind.of_rotors:
+            shares |= dict.fromkeys(names, _share(unknown))
+    identified = {}
+    for name, text in sources.items():
+        identified[name] = (status.get(name, {}) | {"source": text}, shares.get(name))
+    return identified
+
+
+def _drive_values(model: JointModel, v: int) -> dict[str, Any]:
+    """The numbers of a drive in a file of drives, without zeros. Args: v, its velocity."""
+    # With a spring in the drive, the inertia is that of the rotor behind it.
+    behind = np.isfinite(model.drive_stiffness[v])
+    numbers = {
+        "armature": float(model.rotor[v] if behind else model.armature[v]),
+        "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
+        "stiffness": float(model.stiffness[v]),
+    }
+    values: dict[str, Any] = {key: value for key, value in numbers.items() if value > 0.0}
+    per_turn = float(model.per_turn[v])
+    if per_turn:
+        values["gear_ratio"] = 1.0 / abs(per_turn)
+        values["gear"] = "planetary" if per_turn > 0.0 else "harmonic"
+    return values

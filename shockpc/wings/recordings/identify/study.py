@@ -31,11 +31,11 @@ from shockpc.robot.robot import Robot
 from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.identify.fit import Fit, Solution, fit_of, solve
+from shockpc.wings.recordings.identify.fit import Fit, FittedValues, fit_of, fitted_values
 from shockpc.wings.recordings.identify.predictor import SCALE, Predicted, Predictor
 from shockpc.wings.recordings.identify.remarks import of_control, of_errors, of_model, of_unknowns
 from shockpc.wings.recordings.identify.uncertainty import (
-    Unknown,
+    IdentifiedValue,
     confirmed,
     errors_left_out,
     errors_of_free_impulse,
@@ -86,7 +86,7 @@ class Identification:
             these, the others as found.
     """
 
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[IdentifiedValue, ...]
     scene: Scene = field(repr=False)
     robot: Robot = field(repr=False)
     predictor: Predictor = field(repr=False)
@@ -306,7 +306,7 @@ def _identification(fit: Fit, scene: Scene) -> Identification:
 
     Args: scene, as for `identify`.
     """
-    found = solve(fit)
+    found = fitted_values(fit)
     known, W = uncertainty(fit, found), found.mobilities
     others = errors_left_out(fit, found, known.seen), errors_of_free_impulse(fit, found)
     by_landing = dict(
@@ -348,7 +348,7 @@ def _identification(fit: Fit, scene: Scene) -> Identification:
     )
 
 
-def _scan(fit: Fit, found: Solution, j: int) -> tuple[Array, Array]:
+def _scan(fit: Fit, found: FittedValues, j: int) -> tuple[Array, Array]:
     """Values (m,) of an unknown over its range, and the median errors with them."""
     shares = np.unique(np.append(np.linspace(0.0, 1.0, SCAN), found.u[j]))
     points = [fit.values(np.where(np.arange(fit.p) == j, share, found.u)) for share in shares]

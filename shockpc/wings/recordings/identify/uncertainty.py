@@ -11,7 +11,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, Solution, value_of
+from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, FittedValues, value_of
 from shockpc.wings.recordings.identify.predictor import SCALE
 from shockpc.wings.recordings.logs.prediction import energy_roots
 
@@ -38,7 +38,7 @@ CONFIRMED = 1e-3
 """Share of the jumps by which two predictions may differ that count as the same."""
 
 
-class Unknown(NamedTuple):
+class IdentifiedValue(NamedTuple):
     """An unknown with its value and interval.
 
     Attributes:
@@ -69,7 +69,7 @@ class Uncertainty(NamedTuple):
         seen: (p,) which unknowns have an influence that is seen.
     """
 
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[IdentifiedValue, ...]
     correlation: Array
     singular: Array
     unseen: tuple[Array, ...]
@@ -100,7 +100,7 @@ class Influence(NamedTuple):
         return np.asarray(~(self.edge | self.without | self.vague))
 
 
-def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
+def uncertainty(fit: Fit, solution: FittedValues) -> Uncertainty:
     """Uncertainty of the unknowns at the solution."""
     influence = _influence(fit, solution)
     free = influence.free
@@ -118,7 +118,7 @@ def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
             first, last = np.quantile(shares, _tails(n, int(free.sum()))).tolist()
             low = value_of(variation, first)
             high = value_of(variation, last)
-        unknowns.append(Unknown(variation, value, low, high, state))
+        unknowns.append(IdentifiedValue(variation, value, low, high, state))
     return Uncertainty(
         unknowns=tuple(unknowns),
         correlation=_correlation(changes, free),
@@ -129,7 +129,7 @@ def uncertainty(fit: Fit, solution: Solution) -> Uncertainty:
     )
 
 
-def _influence(fit: Fit, solution: Solution) -> Influence:
+def _influence(fit: Fit, solution: FittedValues) -> Influence:
     """Influence of the unknowns on the data at the solution.
 
     With the residuals' derivatives D and weights w of the landings, √w D = U S Vᵀ. A direction V_j
@@ -180,7 +180,7 @@ def _correlation(changes: Array, free: np.ndarray) -> Array:
     return correlation
 
 
-def confirmed(fit: Fit, solution: Solution) -> bool:
+def confirmed(fit: Fit, solution: FittedValues) -> bool:
     """True if the scene as it is given predicts the same as the solution.
 
     No error can fall then.
@@ -215,7 +215,7 @@ def _scatter(fit: Fit, u: Array) -> float:
     return float(np.sqrt(deviation / max(np.sum(jumps**2), 1e-300)))
 
 
-def _refitted(solution: Solution, free: np.ndarray, counts: Array) -> Array:
+def _refitted(solution: FittedValues, free: np.ndarray, counts: Array) -> Array:
     """Changes (m, p) of the shares where landings have other weights (m, n).
 
     The derivatives are held.
@@ -256,7 +256,7 @@ def _refitted(solution: Solution, free: np.ndarray, counts: Array) -> Array:
     return changes
 
 
-def errors_left_out(fit: Fit, solution: Solution, free: np.ndarray) -> Array:
+def errors_left_out(fit: Fit, solution: FittedValues, free: np.ndarray) -> Array:
     """The errors (n,) of landings that were left out when the values were found.
 
     Args: free, (p,) which of them change.
@@ -273,7 +273,7 @@ def errors_left_out(fit: Fit, solution: Solution, free: np.ndarray) -> Array:
     return errors
 
 
-def errors_of_free_impulse(fit: Fit, solution: Solution) -> Array:
+def errors_of_free_impulse(fit: Fit, solution: FittedValues) -> Array:
     """The errors (n,) with the impulse at the contacts that fits each landing best.
 
     NaN where it would fit whatever jump.

@@ -133,40 +133,53 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
         raise StudyError(
             f"no topic is of a type that is read ({listed(KINDS)}); the bag has {kinds or 'none'}"
         )
-    if unknown := [topic for topic in topics if topic not in names]:
+    unknown = [topic for topic in topics if topic not in names]
+    if unknown:
         raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
-    chosen = list(topics)
-    # Without topics that were asked for, one for each kind of content.
+    chosen = list(topics) or _usual_topics(known, remarks)
+    return [connection for connection in known if connection.topic in chosen]
+
+
+def _usual_topics(known: Sequence[Any], remarks: list[str]) -> list[str]:
+    """For each kind of content the topic of the most usual name.
+
+    Args: known, connections of types that are read.
+
+    Raises:
+        StudyError: several topics of one kind have names that are as usual.
+    """
     contents = dict.fromkeys(kind.gives for kind in KINDS.values())
-    for gives in () if topics else contents:
-        usable = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
-        kinds_of_topics = sorted({(c.topic, c.msgtype) for c in usable})
+    has_pose = any(KINDS[connection.msgtype].gives == "pose" for connection in known)
+    chosen: list[str] = []
+    for gives in contents:
         # Usual names come first; topics of the same rank are ambiguous.
-        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in kinds_of_topics}
-        best = [topic for topic, place in order.items() if place == min(order.values())]
+        ranks: dict[str, int] = {}
+        for topic, msgtype in sorted({(c.topic, c.msgtype) for c in known}):
+            if KINDS[msgtype].gives == gives:
+                ranks[topic] = _usual(topic, KINDS[msgtype].usual)
+        best = [topic for topic, rank in ranks.items() if rank == min(ranks.values())]
+        if not best:
+            continue
         # A pose holds the attitude already.
-        if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
-            if best:
-                remarks.append(
-                    f"gyro and accelerometer of {listed(best)} are not read beside a pose; name "
-                    f"both topics with --topic"
-                )
+        if gives == "attitude" and has_pose:
+            remarks.append(
+                f"gyro and accelerometer of {listed(best)} are not read beside a pose; name "
+                f"both topics with --topic"
+            )
             continue
         if len(best) > 1:
             raise StudyError(
                 f"several topics give the {gives}: {listed(best, 12)}; select with --topic"
             )
         chosen += best
-        if len(order) > 1:
-            remarks.append(
-                f"the {gives}: of {listed(best)}, not of "
-                f"{listed(topic for topic in order if topic not in best)}"
-            )
-        if gives == "attitude" and best:
+        if len(ranks) > 1:
+            others = listed(topic for topic in ranks if topic not in best)
+            remarks.append(f"the {gives}: of {listed(best)}, not of {others}")
+        if gives == "attitude":
             remarks.append(
                 f"the attitude of the base is taken from {listed(best)}, with the same axes"
             )
-    return [connection for connection in known if connection.topic in chosen]
+    return chosen
 
 
 def _usual(topic: str, usual: Sequence[str]) -> int:
@@ -255,22 +268,20 @@ def _odometry(message: Any) -> NamedNumbers:
 
 def _twist(twist: Any, suffix: str = "") -> NamedNumbers:
     v, w = twist.linear, twist.angular
-    return tuple(f"{kind}{axis}{suffix}" for kind in "vw" for axis in "xyz"), (
-        v.x,
-        v.y,
-        v.z,
-        w.x,
-        w.y,
-        w.z,
-    )
+    names = tuple(f"{key}{suffix}" for key in ("vx", "vy", "vz", "wx", "wy", "wz"))
+    return names, (v.x, v.y, v.z, w.x, w.y, w.z)
 
 
 def _imu(message: Any) -> NamedNumbers:
-    q, frame = message.orientation, message.header.frame_id
-    names, numbers = list[str](), list[float]()
+    frame = message.header.frame_id
+    names: list[str] = []
+    numbers: list[float] = []
+    q = message.orientation
     # By convention −1 says that there is no such measurement.
-    if message.orientation_covariance[0] != -1.0 and (q.w or q.x or q.y or q.z):
-        names, numbers = [*QUATERNION], [q.w, q.x, q.y, q.z]
+    has_attitude = message.orientation_covariance[0] != -1.0
+    if has_attitude and (q.w or q.x or q.y or q.z):
+        names += QUATERNION
+        numbers += [q.w, q.x, q.y, q.z]
     for kind, vector, covariance in (
         ("w", message.angular_velocity, message.angular_velocity_covariance),
         ("a", message.linear_acceleration, message.linear_acceleration_covariance),

@@ -10,7 +10,7 @@ from shockpc.core.number import NUMERIC
 from shockpc.core.spatial import Array
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.table_files import number
+from shockpc.wings.recordings.logs.table_files import parsed_number
 
 UNIT_LENGTH = 1e-3
 """Largest deviation of a quaternion's length from 1."""
@@ -34,16 +34,13 @@ def empty_cells(cells: np.ndarray) -> np.ndarray:
     """Mask of the cells that are empty, or say that they hold no number."""
     if cells.dtype.kind not in "UO":
         return np.asarray(np.isnan(cells.astype(float)))
-    texts = np.array(
-        [
-            cell.strip().casefold() if isinstance(cell, str) else ""
-            for cell in cells.ravel().tolist()
-        ]
-    )
+    texts = []
+    for cell in cells.ravel().tolist():
+        texts.append(cell.strip().casefold() if isinstance(cell, str) else "")
     return np.isin(texts, ("", "nan", "none", "null", "na", "n/a")).reshape(cells.shape)
 
 
-def numbers(
+def numeric_column(
     name: str, values: np.ndarray, messages: RowMessages, missing: bool = False, advice: str = ""
 ) -> Array:
     """A column of numbers, (n,) or (n, k); zero where there is none, and a row therefore refused.
@@ -60,49 +57,53 @@ def numbers(
     """
     if values.dtype.kind not in (*NUMERIC, "U", "O"):
         raise StudyError(f"column {name} has to hold numbers")
-    found = (
-        np.array([_number(cell) for cell in values.ravel().tolist()])
-        if values.dtype.kind in "UO"
-        else values.astype(float)
-    )
-    found, cells = found.reshape(len(values), -1), values.reshape(len(values), -1)
+    cells = values.reshape(len(values), -1)
+    if values.dtype.kind in "UO":
+        numbers = np.array([_number(cell) for cell in values.ravel().tolist()])
+    else:
+        numbers = values.astype(float)
+    numbers = numbers.reshape(cells.shape)
     # An empty cell that may be missing is known to be NaN; infinity never is a number here.
-    known = np.isfinite(found) | (np.isnan(found) & empty_cells(cells) if missing else False)
-
+    known = np.isfinite(numbers)
+    if missing:
+        known |= np.isnan(numbers) & empty_cells(cells)
     # A message is written only for rows that are refused.
-    def reason(i: int) -> str:
-        cell = cells[i, int(np.argmin(known[i]))]
-        if isinstance(cell, str):
-            return (
-                f'column {name}: "{cell}" is not a number'
-                if cell
-                else f"column {name} is empty{advice}"
-            )
-        if cell is None:
-            return f"column {name} is empty{advice}"
-        no_number = (cells.dtype.kind != "O" or isinstance(cell, float)) and bool(np.isnan(cell))
-        return (
-            f"column {name}: {cell} is not a finite number{EMPTY * no_number}{advice * no_number}"
-        )
-
-    messages.refuse(~known.all(axis=1), reason)
+    messages.refuse(
+        ~known.all(axis=1),
+        lambda i: f"column {name}{_no_number(cells[i, int(np.argmin(known[i]))], advice)}",
+    )
     # Such a number is a mistake in any unit.
-    far = np.abs(found) > LARGEST_NUMBER
+    far = np.abs(numbers) > LARGEST_NUMBER
     messages.refuse(
         (known & far).any(axis=1),
         lambda i: (
-            f"column {name}: {np.abs(found[i]).max():g} is beyond {LARGEST_NUMBER:g}, whatever the "
-            f"unit"
+            f"column {name}: {np.abs(numbers[i]).max():g} is beyond {LARGEST_NUMBER:g}, whatever "
+            f"the unit"
         ),
     )
-    return np.asarray(np.where(known & ~far, found, 0.0).reshape(values.shape))
+    return np.asarray(np.where(known & ~far, numbers, 0.0).reshape(values.shape))
+
+
+def _no_number(cell: Any, advice: str) -> str:
+    """The end of the message about a cell without a number.
+
+    Args: advice, what to do about an empty cell.
+    """
+    if cell is None or (isinstance(cell, str) and not cell):
+        return f" is empty{advice}"
+    if isinstance(cell, str):
+        return f': "{cell}" is not a number'
+    text = f": {cell} is not a finite number"
+    if isinstance(cell, float | np.floating) and np.isnan(cell):
+        text += EMPTY + advice
+    return text
 
 
 def _number(cell: Any) -> float:
     """The number in a cell; NaN where there is none."""
     try:
         if isinstance(cell, str):
-            return number(cell)
+            return parsed_number(cell)
         return float(cell) if isinstance(cell, Real) else np.nan
     except ValueError:
         return np.nan

@@ -9,7 +9,7 @@ those of ROS's JointState.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -98,24 +98,22 @@ def column_name(name: str, robot: Robot) -> ColumnName | None:
 
     A name of a joint means that joint before anything else.
     """
-    if name in robot.joint_names:
+    joints = robot.joint_names
+    if name in joints:
         return ColumnName(name)
     form = COLUMN.fullmatch(name)
     if form is None:
         return None
-    target, degrees = form["name"], form["deg"] or ""
-    if form["effort"] or target + degrees in robot.joint_names:
-        target, degrees = target + degrees, ""
-    base = (
-        None
-        if form["effort"] or form["rate"] == "qd_" or target in robot.joint_names
-        else BASE.fullmatch(target)
-    )
-    key = (
-        ""
-        if base is None
-        else base["quaternion"] or base["angle"] or base["place"] or base["twist"]
-    )
+    target = form["name"]
+    degrees = form["deg"] or ""
+    if form["effort"] or target + degrees in joints:
+        target += degrees
+        degrees = ""
+    of_joint = form["effort"] or form["rate"] == "qd_" or target in joints
+    base = None if of_joint else BASE.fullmatch(target)
+    key = ""
+    if base is not None:
+        key = base["quaternion"] or base["angle"] or base["place"] or base["twist"]
     return ColumnName(
         target,
         after=bool(form["after"]),
@@ -157,23 +155,25 @@ def state_columns(
     The arguments and errors are those of `rows_of`, but that a column may name nothing in the
     robot.
     """
-    sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
+    state = StateColumns({}, {}, {})
+    joints = set(robot.joint_names)
     for name, values in named_columns(columns, rename).items():
-        column, kind = column_name(name, robot), sorted_out.others
+        column = column_name(name, robot)
+        part = state.others
         if name in ("qpos", "qvel") and name not in joints:
-            kind = sorted_out.positions if name == "qpos" else sorted_out.rates
-        elif (
-            column is not None
-            and not (column.after or column.effort)
-            and (column.base or column.target in joints)
-        ):
-            kind = (
-                sorted_out.rates
-                if column.rate or column.base[:1] in ("v", "w")
-                else sorted_out.positions
-            )
-        kind[name] = values
-    return sorted_out
+            part = state.positions if name == "qpos" else state.rates
+        elif column is not None and _is_state(column, joints):
+            is_rate = column.rate or column.base[:1] in ("v", "w")
+            part = state.rates if is_rate else state.positions
+        part[name] = values
+    return state
+
+
+def _is_state(column: ColumnName, joints: Container[str]) -> bool:
+    """True if a column is a position or a rate of a joint or the base before the impact."""
+    if column.after or column.effort:
+        return False
+    return bool(column.base) or column.target in joints
 
 
 def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ and then does not, had been up, and stays down.
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -121,75 +121,114 @@ def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootL
     if len(t) < 2 * FEWEST:
         return [], []
     lowest = heights.min(axis=1)
-    slack = NOISE * max(map(noise, heights.T))
-    stops: list[tuple[int, int, _Stop]] = []
+    tolerance = NOISE * max(map(noise, heights.T))
+    kinks: list[tuple[int, int, _Kink]] = []
     for p, height in enumerate(heights.T):
-        for stop in _stops(t, height):
-            stops.append((stop.sample, p, stop))
-    stops.sort()
+        for kink in _kinks(t, height):
+            kinks.append((kink.last, p, kink))
+    kinks.sort()
 
     landings: list[FootLanding] = []
     rebounds: list[int] = []
     since = 0
-    for sample, p, stop in stops:
+    for sample, p, kink in kinks:
         # Points of a foot that stop together are one landing.
         if landings and t[sample] - t[landings[-1].sample] <= together:
-            landings[-1] = landings[-1]._replace(points=tuple(sorted({*landings[-1].points, p})))
+            points = {*landings[-1].points, p}
+            landings[-1] = landings[-1]._replace(points=tuple(sorted(points)))
             continue
         if landings and t[sample] - t[since] <= REST:
             continue
-        # A landing is a stop of a foot that was up before, and neither sinks nor bounces after it.
-        end = int(np.searchsorted(t, t[stop.kink] + REST + 1e-9))
-        after = lowest[stop.kink : end]
-        rest = t[end - 1] - t[stop.kink]
-        if rest < SHORTEST:
-            break  # whether it stays is not known
-        up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + slack
-        sinks = after[0] - after.min() > SINKING * stop.speed * rest + slack
-        if not up or sinks:
-            continue
-        if after.max() > after[0] + REBOUND + slack:
+        outcome = _after_kink(t, lowest, kink, since, tolerance)
+        if outcome == "unknown":
+            break
+        if outcome == "rebounds":
             rebounds.append(sample)
-            continue
-        landings.append(FootLanding(sample, (p,), stop.speed))
-        since = stop.kink
+        if outcome == "lands":
+            landings.append(FootLanding(sample, (p,), kink.speed))
+            since = kink.sample
     return landings, rebounds
 
 
-class _Stop(NamedTuple):
+def _after_kink(
+    t: Array, lowest: Array, kink: "_Kink", since: int, tolerance: float
+) -> Literal["lands", "rebounds", "goes on", "unknown"]:
+    """What a foot does after a kink.
+
+    It lands if it was up before, and neither sinks nor bounces after it.
+
+    Args:
+        t: (N,) times [s].
+        lowest: (N,) height of its lowest point [m].
+        kink: of one of its points.
+        since: sample of the landing before.
+        tolerance: height beyond noise [m].
+    """
+    end = int(np.searchsorted(t, t[kink.sample] + REST + 1e-9))
+    after = lowest[kink.sample : end]
+    rest = t[end - 1] - t[kink.sample]
+    if rest < SHORTEST:
+        return "unknown"  # whether it stays is not known
+    highest = lowest[min(since, kink.last) : kink.last + 1].max()
+    was_up = highest >= after[0] + CLEARANCE + tolerance
+    sinks = after[0] - after.min() > SINKING * kink.speed * rest + tolerance
+    if not was_up or sinks:
+        return "goes on"
+    return "rebounds" if after.max() > after[0] + REBOUND + tolerance else "lands"
+
+
+class _Kink(NamedTuple):
     """A point that fell and does not any more.
 
-    Last sample before, sample of the kink, and speed of the fall [m/s].
+    Attributes:
+        last: the last sample before the touchdown.
+        sample: of the kink of its height.
+        speed: of the fall [m/s].
     """
 
+    last: int
     sample: int
-    kink: int
     speed: float
 
 
-def _stops(t: Array, height: Array) -> Iterator[_Stop]:
-    """The stops of a point. Args: t (N,) [s], height (N,) [m]."""
+def _kinks(t: Array, height: Array) -> Iterator[_Kink]:
+    """The kinks at which a point stops. Args: t (N,) [s], height (N,) [m]."""
     sigma = noise(height)
     period = float(np.median(np.diff(t)))
     threshold, n = _threshold(t, height, sigma, period)
     behind, ahead = line_slopes(t, height, n)
-    kink = np.nan_to_num(ahead - behind, nan=-np.inf)
-    falls = behind <= -0.5 * np.maximum(kink, threshold)
-    stops = (kink >= threshold) & falls & (ahead >= STILL_FALLING * behind)
-    kink = np.where(stops, kink, -np.inf)
+    jump = np.nan_to_num(ahead - behind, nan=-np.inf)
+    falls = behind <= -0.5 * np.maximum(jump, threshold)
+    stops = (jump >= threshold) & falls & (ahead >= STILL_FALLING * behind)
+    jump = np.where(stops, jump, -np.inf)
     for k in np.flatnonzero(stops).tolist():
         first = max(k - n, 0)
         # Of kinks nearer than the length of the lines the largest one is the stop.
-        if kink[k] < kink[first : k + n + 1].max():
+        if jump[k] < jump[first : k + n + 1].max():
             continue
         fall = float(np.nanmin(behind[first : k + 1]))
         m = _fewest_intervals(sigma, period, n, fall)
-        # The last line of m intervals near the kink that falls with the full speed.
-        near = slice(max(k - 2 * n, 0), k + n + 1)
-        slopes = (height[near][m:] - height[near][:-m]) / (t[near][m:] - t[near][:-m])
-        full = np.flatnonzero(slopes <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
-        sample = near.start + m - m // 2 + int(full[-1]) if len(full) else first
-        yield _Stop(sample, k, -fall)
+        slowest = FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m)
+        begin = max(k - 2 * n, 0)
+        near = slice(begin, k + n + 1)
+        last = _last_falling(t[near], height[near], m, slowest)
+        yield _Kink(first if last is None else begin + last, k, -fall)
+
+
+def _last_falling(t: Array, height: Array, m: int, slowest: float) -> int | None:
+    """The middle sample of the last line of m intervals that falls at least so fast.
+
+    None without such a line.
+
+    Args:
+        t: (N,) [s].
+        height: (N,) [m].
+        m: intervals of a line.
+        slowest: the largest slope, below zero [m/s].
+    """
+    slopes = (height[m:] - height[:-m]) / (t[m:] - t[:-m])
+    falling = np.flatnonzero(slopes <= slowest)
+    return m - m // 2 + int(falling[-1]) if len(falling) else None
 
 
 def _threshold(t: Array, height: Array, sigma: float, period: float) -> tuple[float, int]:
@@ -232,11 +271,12 @@ def _scatter(slope: Array, n: int) -> float:
         slope: (N,) of the lines behind each sample [m/s].
         n: intervals of a line.
     """
-    apart = slope[2 : len(slope) - 2]
-    second = apart[: -2 * n - 2] - 2.0 * apart[n + 1 : -n - 1] + apart[2 * n + 2 :]
-    return (
-        float(1.4826 * np.median(np.abs(second)) / math.sqrt(6.0)) if len(second) > 40 * n else 0.0
-    )
+    s = slope[2 : len(slope) - 2]
+    # s_i − 2 s_{i+n+1} + s_{i+2n+2}
+    second = s[: -2 * n - 2] - 2.0 * s[n + 1 : -n - 1] + s[2 * n + 2 :]
+    if len(second) <= 40 * n:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(second)) / math.sqrt(6.0))
 
 
 def intervals(t: Array, window: float) -> int:

@@ -92,7 +92,9 @@ def _columns(source: RecordedLandings, text: str) -> list[Column]:
         ShockError: it names nothing, or one of contacts that vary.
     """
     selection, places = _places(source, text)
-    contacts = {tuple(contact.frame for contact in scene.contact) for scene in source.table.scenes}
+    contacts = set()
+    for scene in source.table.scenes:
+        contacts.add(tuple(contact.frame for contact in scene.contact))
     if len(contacts) > 1 and selection.quantity.of == "contact":
         if "@" in text:
             raise StudyError(

@@ -6,9 +6,10 @@ The rows are in arrays.
 import contextlib
 import functools
 import hashlib
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,14 +21,15 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.scene import Posture, Scene
-from shockpc.landing.scenes.strike import Strike
 from shockpc.method.approach import Motion
 from shockpc.method.dynamics import dynamics
 from shockpc.profile import profile_of
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.wings.recordings.logs.rows import RecordedRows
+from shockpc.wings.recordings.logs.scene_of_row import with_scene_of_row
 
 OPEN = 0.1
 """Largest change of a position that the table gives, to close a loop [rad, m]."""
@@ -37,6 +39,22 @@ CLOSED_BY, RATES_BY = "closed by", "rates closed by"
 
 They are of a given position [rad, m], and of a given rate [rad/s, m/s].
 """
+
+
+class ClosedRow(NamedTuple):
+    """A configuration and rates with which all loops are closed.
+
+    Attributes:
+        q: (nq,) configuration.
+        rates: (nv,) of the joints.
+        by: largest change of a position that the table gives [rad, m].
+        rates_by: largest change of a rate that it gives [rad/s, m/s].
+    """
+
+    q: Array
+    rates: Array
+    by: float
+    rates_by: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +91,18 @@ class RecordedLandings:
     @property
     def scene(self) -> Scene:
         """The scene of the first row that has one."""
-        return self.table.scenes[
-            int(self.table.scene[min(set(range(self.rows)) - self.table.messages.keys())])
-        ]
+        first = min(set(range(self.rows)) - self.table.messages.keys())
+        return self.table.scenes[int(self.table.scene[first])]
 
     @functools.cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
         """First and last row of every chunk, the last one excluded."""
-        most = 1024 if self.closes else min(ROWS, max(1024, 2**25 // self.robot.model.nv**2))
+        most = 1024
+        if not self.closes:
+            most = min(ROWS, max(1024, 2**25 // self.robot.model.nv**2))
         count = -(-self.rows // most)
-        return tuple((self.rows * k // count, self.rows * (k + 1) // count) for k in range(count))
+        ends = [self.rows * k // count for k in range(count + 1)]
+        return tuple(itertools.pairwise(ends))
 
     @property
     def extra_headings(self) -> tuple[str, ...]:
@@ -98,11 +118,8 @@ class RecordedLandings:
     def description(self) -> dict[str, Any]:
         """Settings that the rows depend on, besides scene and robot."""
         table = self.table
-        text = hashlib.sha256(
-            repr(
-                (table.scenes, {key: x.tolist() for key, x in table.labels.items()}, table.messages)
-            ).encode()
-        )
+        labels = {key: values.tolist() for key, values in table.labels.items()}
+        text = hashlib.sha256(repr((table.scenes, labels, table.messages)).encode())
         for part in (
             table.Q,
             *table.before,
@@ -134,35 +151,35 @@ class RecordedLandings:
         table = self.table
         if not self.closes:
             return table
-        Q, rates, messages = table.Q.copy(), table.before.joint_rates.copy(), dict(table.messages)
+        Q = table.Q.copy()
+        rates = table.before.joint_rates.copy()
+        messages = dict(table.messages)
         for row in set(range(self.rows)) - messages.keys():
             try:
-                Q[row], rates[row], *_ = self._closed(
-                    self._landing(table.key(row)), Q[row], rates[row]
-                )
+                closed = self._closed(self._landing(table.key(row)), Q[row], rates[row])
             except ShockError as error:
                 messages[row] = str(error)
+                continue
+            Q[row] = closed.q
+            rates[row] = closed.rates
         if len(messages) == self.rows:
             raise StudyError(messages[0])
-        return table._replace(
-            Q=Q, before=table.before._replace(joint_rates=rates), messages=messages, closed=True
-        )
+        before = table.before._replace(joint_rates=rates)
+        return table._replace(Q=Q, before=before, messages=messages, closed=True)
 
     @functools.cached_property
-    def _known(self) -> dict[int, PosedLanding]:
+    def _landings(self) -> dict[int, PosedLanding]:
         return {}
 
     def _landing(self, key: tuple[int, float | None]) -> PosedLanding:
         """The landing of rows of one key; whether they approach the ground is looked at later."""
         number, friction = key
-        if number not in self._known:
-            self._known[number] = landing_of(self.table.scenes[number], self.robot)
-        landing = self._known[number]
-        return (
-            landing
-            if friction is None
-            else replace(landing, scene=replace(landing.scene, friction=friction))
-        )
+        if number not in self._landings:
+            self._landings[number] = landing_of(self.table.scenes[number], self.robot)
+        landing = self._landings[number]
+        if friction is None:
+            return landing
+        return replace(landing, scene=replace(landing.scene, friction=friction))
 
     def compared(self, count: int) -> np.ndarray:
         """Rows (n,), evenly spaced, at most so many."""
@@ -180,58 +197,51 @@ class RecordedLandings:
         def landing(i: int) -> PosedLanding:
             return self._row(data, i, Q[i], Motion(*(part[i] for part in before)))
 
-        return Chunk(
-            data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing
-        )
+        def profile(i: int) -> ShockProfile:
+            return profile_of(landing(i))
+
+        return Chunk(data.labels, self._groups(data, Q, before), profile, landing)
 
     def _groups(self, data: RecordedRows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
         """The groups of a chunk; loops are closed in its configurations and motions."""
-        n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.extra_headings}
-        yield from (Refusal(np.array([i]), StudyError(text)) for i, text in data.messages.items())
+        n = len(Q)
+        changes = {name: np.full(n, np.nan) for name in self.extra_headings}
+        for i, text in data.messages.items():
+            yield Refusal(np.array([i]), StudyError(text))
         known = np.array([i for i in range(n) if i not in data.messages], dtype=int)
         # NaN is not equal to itself: rows without friction would never be one group.
-        friction = np.nan_to_num(data.friction if self.by_friction else np.zeros(n), nan=-1.0)[
-            known
-        ]
+        friction = np.nan_to_num(data.friction if self.by_friction else np.zeros(n), nan=-1.0)
         # Rows with the same contacts and friction share a landing, and are computed together.
-        _, first, group = np.unique(
-            np.stack([data.scene[known], friction]), axis=1, return_index=True, return_inverse=True
-        )
+        keys = np.stack([data.scene[known], friction[known]])
+        _, first, group = np.unique(keys, axis=1, return_index=True, return_inverse=True)
         for k, i in enumerate(known[first].tolist()):
-            chosen = known[group.ravel() == k]
+            of_group = known[group.ravel() == k]
             try:
                 landing = self._landing(data.key(i))
             except ShockError as error:
-                yield Refusal(chosen, error)
+                yield Refusal(of_group, error)
                 continue
             # A loop that cannot be closed refuses its own row alone.
-            closed = []
-            for row in chosen.tolist():
+            rows: list[int] = []
+            for row in of_group.tolist():
                 try:
                     if self.closes:
-                        Q[row], before.joint_rates[row], *by = self._closed(
-                            landing, Q[row], before.joint_rates[row]
-                        )
-                        for name, x in zip(self.extra_headings, by, strict=True):
-                            closing[name][row] = x
-                    closed.append(row)
+                        closed = self._closed(landing, Q[row], before.joint_rates[row])
+                        Q[row] = closed.q
+                        before.joint_rates[row] = closed.rates
+                        changes[CLOSED_BY][row] = closed.by
+                        changes[RATES_BY][row] = closed.rates_by
+                    rows.append(row)
                 except ShockError as error:
                     yield Refusal(np.array([row]), error)
-            if closed:
-                at = np.array(closed)
-                moving = landing.moving(
-                    Motion(*(part[at] for part in before)), data.contact_velocity[at]
-                )
-                yield Group(
-                    at, moving, Q[at], extra_columns={name: x[at] for name, x in closing.items()}
-                )
+            if rows:
+                motion = Motion(*(part[rows] for part in before))
+                moving = landing.moving(motion, data.contact_velocity[rows])
+                columns = {name: values[rows] for name, values in changes.items()}
+                yield Group(np.array(rows), moving, Q[rows], extra_columns=columns)
 
-    def _closed(
-        self, landing: PosedLanding, q: Array, rates: Array
-    ) -> tuple[Array, Array, float, float]:
-        """A configuration and rates with which all loops are closed, and the largest changes.
-
-        The changes are of what the table gives.
+    def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> ClosedRow:
+        """A configuration and rates with which all loops are closed.
 
         First by the joints that the table does not give; if these cannot close them, by the minimum
         change of all, or of the scene's `assemble`.
@@ -239,21 +249,18 @@ class RecordedLandings:
         Raises:
             SceneError: the loops cannot be closed, or not within the limit.
         """
-        robot, table, blocks = (
-            self.robot,
-            self.table,
-            [closure_constraint(loop) for loop in landing.loops],
-        )
-        others = fixed_joints(robot, Posture(), landing.scene.assemble)
-        given, followers = robot.velocities(table.joints), robot.velocities(robot.followers)
+        robot = self.robot
+        table = self.table
+        fixed = fixed_joints(robot, Posture(), landing.scene.assemble)
+        in_table = robot.velocities(table.joints)
         try:
-            closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | given)
+            closed = follow(robot, landing.q, q, landing.loops, landing.plane, fixed | in_table)
         except SceneError:
-            closed = assemble(robot, q, landing.loops, landing.plane, others).q
-        by = max(
-            (abs(by) for name, by, _ in moved_joints(robot, q, closed) if name in table.joints),
-            default=0.0,
-        )
+            closed = assemble(robot, q, landing.loops, landing.plane, fixed).q
+        by = 0.0
+        for name, change, _ in moved_joints(robot, q, closed):
+            if name in table.joints:
+                by = max(by, abs(change))
         if by > OPEN:
             raise SceneError(
                 f"the loops are open: closing them changes a joint that the table gives by "
@@ -262,14 +269,16 @@ class RecordedLandings:
                 "--map COLUMN="
             )
         # What is locked in the impact may have moved before it, and keeps its rate.
-        state, known = dynamics(robot, closed[None]), robot.velocities(table.rates)
+        state = dynamics(robot, closed[None])
+        loops = [closure_constraint(loop) for loop in landing.loops]
+        held = fixed | robot.velocities(robot.followers)
+        rates_in_table = robot.velocities(table.rates)
         try:
-            moving = with_loops(
-                robot, state, blocks, rates, others | followers | known, landing.plane
-            )
+            moving = with_loops(robot, state, loops, rates, held | rates_in_table, landing.plane)
         except SceneError:
-            moving = with_loops(robot, state, blocks, rates, others | followers, landing.plane)
-        return closed, moving, by, float(np.abs((moving - rates)[known]).max(initial=0.0))
+            moving = with_loops(robot, state, loops, rates, held, landing.plane)
+        rates_by = np.abs((moving - rates)[rates_in_table]).max(initial=0.0)
+        return ClosedRow(closed, moving, by, float(rates_by))
 
     def profile(self, row: int) -> ShockProfile:
         """The landing of one row, with a proof.
@@ -287,16 +296,18 @@ class RecordedLandings:
         """
         if row in self.table.messages:
             raise StudyError(self.table.messages[row])
-        q, before = self.table.Q[row], Motion(*(x[row] for x in self.table.before))
+        q = self.table.Q[row]
+        before = Motion(*(part[row] for part in self.table.before))
         if self.closes:
-            q, rates, *_ = self._closed(self._landing(self.table.key(row)), q, before.joint_rates)
-            before = before._replace(joint_rates=rates)
+            closed = self._closed(self._landing(self.table.key(row)), q, before.joint_rates)
+            q = closed.q
+            before = before._replace(joint_rates=closed.rates)
         return self._row(self.table, row, q, before)
 
     def _row(self, rows: RecordedRows, i: int, q: Array, before: Motion) -> PosedLanding:
         """The landing of a row, with its scene. Args: q and before, in which loops are closed."""
         landing = self._landing(rows.key(i)).at(q).moving(before, rows.contact_velocity[i])
-        return self._written(with_torque(landing, rows.effort[i]))
+        return with_scene_of_row(with_torque(landing, rows.effort[i]), self.table.joints)
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
@@ -323,85 +334,26 @@ class RecordedLandings:
         """
         landing = self.landing(row)
         for joint in self.robot.single_joints[self.robot.free_base :]:
-            moved = joint.kind != "ball" and not np.array_equal(
-                landing.q[joint.q], self.first.q[joint.q]
-            )
-            # Rates that the table does not give follow from the loops.
-            turns = joint.name in self.table.rates and landing.before.joint_rates[joint.v].any()
-            if joint.axis is None and (moved or turns):
-                raise StudyError(
-                    f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, '
-                    f"whose "
-                    f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing "
-                    f"in Python, as profile(row)"
-                )
-            if joint.axis is not None and joint.name not in self.robot.followers:
+            if joint.axis is None:
+                self._refuse_joint(landing, joint)
+            elif joint.name not in self.robot.followers:
                 refuse_beyond_turn(
                     joint, joint.value(landing.q), f"position of the table in row {row}", StudyError
                 )
         return landing.scene
 
-    def _written(self, landing: PosedLanding) -> PosedLanding:
-        """A landing with the scene of its row, in which loops are closed already."""
-        robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
-        # Rates of a closed loop depend on one another, so that all are written if any is not zero.
-        loops_move = bool(landing.loops) and before.joint_rates.any()
-        moving = [
-            joint
-            for joint in robot.independent_joints
-            if loops_move or before.joint_rates[joint.v].any()
-        ]
-        balls = [
-            joint
-            for joint in robot.single_joints
-            if joint.kind == "ball" and (landing.loops or joint.name in self.table.joints)
-        ]
-        # Values of the row go over those of the scene, in whichever way that gives them.
-        posture = replace(
-            scene.posture,
-            joints={joint.name: joint.value(q) for joint in robot.independent_joints},
-            joints_deg={},
-            joint_quaternions={
-                **scene.posture.joint_quaternions,
-                **{ball.name: tuple(q[ball.q].tolist()) for ball in balls},
-            },
-        )
-        if robot.free_base:
-            position, quaternion = tuple(q[:3].tolist()), tuple(q[3:7].tolist())
-            posture = replace(
-                posture, base_rpy_deg=None, base_position=position, base_quaternion=quaternion
+    def _refuse_joint(self, landing: PosedLanding, joint: Joint) -> None:
+        """Refuse a joint of several axes whose position or rates a scene cannot hold."""
+        same = np.array_equal(landing.q[joint.q], self.first.q[joint.q])
+        moved = joint.kind != "ball" and not same
+        # Rates that the table does not give follow from the loops.
+        turns = joint.name in self.table.rates and landing.before.joint_rates[joint.v].any()
+        if moved or turns:
+            raise StudyError(
+                f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, '
+                f"whose {'position' if moved else 'rates'} a scene cannot hold; analyze the "
+                "landing in Python, as profile(row)"
             )
-        strike = Strike(
-            velocity=tuple(before.velocity.tolist()),
-            angular_velocity=tuple(before.omega.tolist()) if before.omega.any() else None,
-            joint_velocities={
-                joint.name: float(before.joint_rates[joint.v][0]) for joint in moving
-            },
-        )
-        velocities = (
-            None if block.velocity is None else tuple(block.velocity.tolist())
-            for block in landing.contacts
-        )
-        contact = tuple(
-            replace(c, velocity=velocity)
-            for c, velocity in zip(scene.contact, velocities, strict=True)
-        )
-        # Torques have an effect on finite stiffness only.
-        joints, torque = scene.joints, landing.joint_model.torque
-        if np.isfinite(torque).any() and scene.yields:
-            of_axes = {
-                joint.name: float(torque[joint.v][0])
-                for joint in robot.single_joints
-                if joint.axis is not None
-            }
-            joints = replace(
-                joints,
-                torque={name: value for name, value in of_axes.items() if np.isfinite(value)},
-            )
-        return replace(
-            landing,
-            scene=replace(scene, posture=posture, strike=strike, contact=contact, joints=joints),
-        )
 
 
 def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:

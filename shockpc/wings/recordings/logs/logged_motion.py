@@ -17,7 +17,7 @@ from shockpc.landing.resolve import landing_of
 from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.landing.scenes.strike import GRAVITY
 from shockpc.method.constraints import constraint_point
-from shockpc.method.dynamics import dynamics
+from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
@@ -229,17 +229,15 @@ class LoggedMotion:
 
         Args: the first and last sample; and whether a touchdown follows on the last one.
         """
-        # Between samples of a slower clock, the line to the next one is bent by a touchdown.
         if self._gyro:
-            end = max(
-                end - before * (round(self._gyro_period / self.interval) - 1), self.run(end)[0]
-            )
+            # Between samples of a slower clock, the line to the next one is bent by a touchdown.
+            if before:
+                slower = round(self._gyro_period / self.interval) - 1
+                end = max(end - slower, self.run(end)[0])
             return np.asarray(self._rows.before.omega[min(begin, end) : end + 1].mean(axis=0))
-        return (
-            self.velocities("base", begin, end)[-3:]
-            if self.has("w") and self.period["base"] < 1.5 * self.interval
-            else None
-        )
+        if self.has("w") and self.period["base"] < 1.5 * self.interval:
+            return self.velocities("base", begin, end)[-3:]
+        return None
 
     def run(self, sample: int) -> tuple[int, int]:
         """First and last sample of the part without gaps that a sample is in."""
@@ -266,14 +264,13 @@ class LoggedMotion:
 
         They are those of the `FEWEST` nearest samples where it holds fewer.
         """
-        begin, end = np.searchsorted(
-            self.time, (time - 0.5 * window - 1e-9, time + 0.5 * window + 1e-9)
-        ).tolist()
+        half = 0.5 * window + 1e-9
+        begin, end = np.searchsorted(self.time, (time - half, time + half)).tolist()
         if end - begin < FEWEST:
             near = np.arange(max(begin - FEWEST, 0), min(end + FEWEST, len(self.time)))
-            begin = int(
-                near[np.argsort(np.abs(self.time[near] - time), kind="stable")[:FEWEST]].min()
-            )
+            distance = np.abs(self.time[near] - time)
+            nearest = np.argsort(distance, kind="stable")[:FEWEST]
+            begin = int(near[nearest].min())
             end = begin + FEWEST
         return begin, end - 1
 
@@ -285,25 +282,21 @@ class LoggedMotion:
         The angular velocity is 2 q̇ q̄ of the quaternion. What the log has without its positions is
         the mean over the samples.
         """
-        samples, t = (
-            slice(begin, end + 1),
-            self.time[begin : end + 1] - self.time[begin : end + 1].mean(),
-        )
+        samples = slice(begin, end + 1)
+        t = self.time[samples] - self.time[samples].mean()
         x = self.positions[part][samples]
         slopes = t @ (x - x[0]) / (t @ t)
         if part == "joints":
             return np.asarray(slopes)
-        v, before = slopes[:3], self._rows.before
-        v = [
-            v[k] if self.has(axis) else before.velocity[samples, k].mean()
-            for k, axis in enumerate("xyz")
-        ]
-        q, dq = x[:, 3:].mean(axis=0), slopes[3:]
-        omega = 2.0 * (q[3] * dq[:3] - dq[3] * q[:3] + cross(q[:3], dq[:3])) / (q @ q)
-        omega = omega if self._from_positions("wx") else before.omega[samples].mean(axis=0)
-        return np.array(
-            [value for key, value in zip(TWIST, (*v, *omega), strict=True) if self.has(key)]
-        )
+        before = self._rows.before
+        twist = np.empty(6)
+        for k, axis in enumerate("xyz"):
+            twist[k] = slopes[k] if self.has(axis) else before.velocity[samples, k].mean()
+        if self._from_positions("wx"):
+            twist[3:] = _angular_velocity(x[:, 3:].mean(axis=0), slopes[3:])
+        else:
+            twist[3:] = before.omega[samples].mean(axis=0)
+        return twist[[self.has(key) for key in TWIST]]
 
     def uncertainty(self, part: StatePart, window: float) -> float:
         """Standard deviation of such a slope by the noise of positions [m/s, rad/s].
@@ -311,13 +304,12 @@ class LoggedMotion:
         It is that of the noisiest position of a part.
         """
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
-        columns = self.positions[part][
-            first : min(last + 1, first + MOST_SAMPLES), : None if part == "joints" else 3
-        ].T
+        columns = self.positions[part][first : min(last + 1, first + MOST_SAMPLES)].T
+        if part == "base":
+            columns = columns[:3]
         n = max(1, round(window / self.interval))
-        return max(
-            (slope_noise(noise(column), self.interval, n) for column in columns), default=0.0
-        )
+        deviations = [slope_noise(noise(column), self.interval, n) for column in columns]
+        return max(deviations, default=0.0)
 
     def points(self) -> Array:
         """Positions (n, c, 3) of the contacts of the landing in world axes [m]."""
@@ -347,27 +339,27 @@ class LoggedMotion:
             begin: first sample of the window in whose middle the rate is that.
             end: its last sample.
         """
-        robot, up, rows = (
-            self.robot,
-            self.landing.up,
-            np.array([lift, touch, *range(begin, end + 1)]),
-        )
-        state = dynamics(robot, self.Q[rows])
-        com = np.einsum(
-            "b,nbk,k->n",
-            robot.masses / robot.mass,
-            state.position + (state.rotation @ robot.coms[..., None])[..., 0],
-            up,
-        )
-        foot = [constraint_point(state, self.landing.contacts[c]) @ up for c in contacts]
-        T, rise = self.time[touch] - self.time[lift], (com[1] - foot[1][1]) - (com[0] - foot[0][0])
+        up = self.landing.up
+        state = dynamics(self.robot, self.Q[[lift, touch, *range(begin, end + 1)]])
+        com = self._heights_of_com(state)
+        feet = [constraint_point(state, self.landing.contacts[c]) @ up for c in contacts]
+        T = self.time[touch] - self.time[lift]
+        rise = (com[1] - feet[1][1]) - (com[0] - feet[0][0])
         if rise / T + 0.5 * GRAVITY * T <= 0.0:
             return np.nan
+        # What the other joints add is the slope of the height of the centre of mass.
         t = self.time[begin : end + 1]
-        moving = (t - t.mean()) @ (com[2:] - com[2]) / ((t - t.mean()) @ (t - t.mean()))
-        return float(
-            rise / T - 0.5 * GRAVITY * T + GRAVITY * (self.time[touch] - t.mean()) - moving
-        )
+        from_middle = t - t.mean()
+        moving = from_middle @ (com[2:] - com[2]) / (from_middle @ from_middle)
+        falling = rise / T - 0.5 * GRAVITY * T + GRAVITY * (self.time[touch] - t.mean())
+        return float(falling - moving)
+
+    def _heights_of_com(self, state: Dynamics) -> Array:
+        """Heights (n,) of the robot's centre of mass in some states [m]."""
+        robot = self.robot
+        coms = state.position + (state.rotation @ robot.coms[..., None])[..., 0]
+        heights = np.einsum("b,nbk,k->n", robot.masses / robot.mass, coms, self.landing.up)
+        return np.asarray(heights)
 
     def lags(self) -> Iterator[str]:
         """Warnings of rates that lag behind the slopes of their positions.
@@ -412,20 +404,25 @@ def watched_motion(
     A contact of the scene stands for the foot of its body. Where the log lacks what the heights of
     the other feet follow from, the scene's contacts only are watched.
     """
-    given = {contact.frame: contact for contact in scene.contact}
+    in_scene = {contact.frame: contact for contact in scene.contact}
     if frames is not None:
-        alone = replace(
-            scene, contact=tuple(given.get(frame, Contact(frame=frame)) for frame in frames)
-        )
-        return LoggedMotion(log, landing_of(alone, robot))
-    bodies = {robot.frame(frame).body for frame in given if frame in robot.frames}
+        contacts = tuple(in_scene.get(frame, Contact(frame=frame)) for frame in frames)
+        return LoggedMotion(log, landing_of(replace(scene, contact=contacts), robot))
+    bodies = {robot.frame(frame).body for frame in in_scene if frame in robot.frames}
     feet = [foot for foot in each_foot(robot) if robot.frame(foot).body not in bodies]
-    every = replace(scene, contact=(*scene.contact, *(Contact(frame=foot) for foot in feet)))
-    motion = LoggedMotion(log, landing_of(every, robot))
-    if feet and given and motion.unknown:
+    contacts = (*scene.contact, *(Contact(frame=foot) for foot in feet))
+    motion = LoggedMotion(log, landing_of(replace(scene, contact=contacts), robot))
+    if feet and in_scene and motion.unknown:
         lacking = listed(motion.unknown, 4)
         motion = LoggedMotion(log, landing_of(scene, robot))
         motion.warnings.append(
             f"{listed(feet, 8)}: no touchdowns are looked for, because the log lacks {lacking}"
         )
     return motion
+
+
+def _angular_velocity(q: Array, dq: Array) -> Array:
+    """Angular velocity (3,) of a quaternion q (4,) with the rate q̇: 2 q̇ q̄ / |q|²."""
+    v, w = q[:3], q[3]
+    dv, dw = dq[:3], dq[3]
+    return np.asarray(2.0 * (w * dv - dw * v + cross(v, dv)) / (q @ q))

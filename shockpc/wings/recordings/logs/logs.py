@@ -103,49 +103,35 @@ def read_log(
         sensors = _of_known_frames(sensors, robot, remarks)
 
     # Numbers of the samples whose time rises, each sensor without the repeats of its last sample.
-    state = _State(
-        {name: _numbers(name, x)[rows] for name, x in positions.items()},
-        {name: _numbers(name, x)[rows] for name, x in rates.items()},
-        {name: _numbers(name, x)[rows] for name, x in sensors.items()},
-    )
+    state = _State(*(_numeric_columns(part, rows) for part in (positions, rates, sensors)))
     remarks += without_repeats(_measured_together(robot, *state), time)
     state.rates.update(_gyro_of_base(robot, state.sensors, state.rates))
-    period = {name: _period(time, values) for name, values in state.columns.items()}
-    empty = [name for name, between in period.items() if np.isinf(between)]
-    if empty:
-        remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
-        state = state.without(empty)
-    for part in state:
-        _fill(time, part, period)
+    state, period = _filled_state(state, time, remarks)
 
     # Samples with all that is needed.
-    whole = _whole_samples(state, robot, len(time), remarks)
-    if whole.sum() < 3 or not state.positions:
-        number = int(whole.sum()) if state.positions else 0
-        raise StudyError(
-            f"this log has {number} samples with a number for each of "
-            f"{listed(state.positions or empty, 12)}; at least 3 are needed"
-        )
-    time, rows = time[whole], rows[whole]
-    state = state.rows(whole)
-    # Rates are not needed, so that gaps leave out the rate and not the samples.
-    broken = [name for name, x in state.rates.items() if not _known(x).all()]
-    if broken:
-        remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
-        state = state._replace(rates=state.without(broken).rates)
+    complete = _complete_samples(state, robot, len(time), remarks)
+    _refuse_few_samples(state, period, int(complete.sum()))
+    time = time[complete]
+    rows = rows[complete]
+    state = _without_broken_rates(state.rows(complete), remarks)
     # The number of gaps before each sample tells the parts between them apart.
     gaps = np.diff(time, prepend=time[0]) > GAP * np.median(np.diff(time))
     return Log(
-        start + time[0],
-        time - time[0],
-        state.positions,
-        state.rates,
-        state.sensors,
-        {name: values[rows] for name, values in others.items()},
-        {name: period[name] for name in state.columns},
-        np.cumsum(gaps),
-        tuple(remarks),
+        start=start + time[0],
+        time=time - time[0],
+        positions=state.positions,
+        rates=state.rates,
+        sensors=state.sensors,
+        others={name: values[rows] for name, values in others.items()},
+        period={name: period[name] for name in state.columns},
+        segment=np.cumsum(gaps),
+        remarks=tuple(remarks),
     )
+
+
+def _numeric_columns(columns: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Some rows of columns as numbers."""
+    return {name: _numeric_column(name, values)[rows] for name, values in columns.items()}
 
 
 class _State(NamedTuple):
@@ -169,7 +155,10 @@ class _State(NamedTuple):
 
     def rows(self, chosen: np.ndarray) -> "_State":
         """Some of the samples. Args: chosen (n,) of bool."""
-        return _State(*({name: x[chosen] for name, x in part.items()} for part in self))
+        parts = []
+        for part in self:
+            parts.append({name: values[chosen] for name, values in part.items()})
+        return _State(*parts)
 
 
 def _columns_of_source(
@@ -222,27 +211,6 @@ def _of_known_frames(
     return {name: values for name, values in sensors.items() if name[3:] not in unknown}
 
 
-def _whole_samples(state: _State, robot: Robot, n: int, remarks: list[str]) -> np.ndarray:
-    """Mask of n samples: they have all positions, and the rates of the base that most have."""
-    needed = dict(state.positions)
-    for name, x in state.rates.items():
-        column = column_name(name, robot)
-        if column is not None and column.base and _known(x).mean() >= COMPLETE:
-            needed[name] = x
-    whole, lacking = np.ones(n, dtype=bool), []
-    for name, x in needed.items():
-        known = _known(x)
-        if not known.all():
-            lacking.append(name)
-            whole &= known
-    if lacking:
-        remarks.append(
-            f"{np.sum(~whole)} of {n} samples are left out, with no number near them in "
-            f"{listed(lacking, 6)}"
-        )
-    return whole
-
-
 def _measured_together(
     robot: Robot,
     positions: dict[str, np.ndarray],
@@ -278,7 +246,11 @@ def _gyro_of_base(
 
     There are none where the log has a rate of rotation of the base already, and of a fixed base.
     """
-    of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
+    of_base = set()
+    for name in rates:
+        column = column_name(name, robot)
+        if column is not None:
+            of_base.add(column.base)
     if not robot.free_base or of_base & {"wx", "wy", "wz"}:
         return {}
     for frame in sorted({name[3:] for name in sensors if name[0] == "w"}):
@@ -286,7 +258,7 @@ def _gyro_of_base(
         if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
             measured = np.stack([sensors[name] for name in names], axis=1)
             omega = measured @ robot.frame(frame).rotation.T
-            return {f"w{axis}_body": omega[:, k] for k, axis in enumerate("xyz")}
+            return dict(zip(("wx_body", "wy_body", "wz_body"), omega.T, strict=True))
     return {}
 
 
@@ -318,12 +290,50 @@ def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, floa
     slow = [name for name, values in columns.items() if values.ndim == 1 and np.isnan(values).any()]
     for name in slow:
         columns[name] = _filled(time, columns[name], GAP * period[name])
-    if has_quaternion and set(slow) & set(QUATERNION):
-        length = np.sqrt(sum(columns[name] ** 2 for name in QUATERNION))
+    if has_quaternion and not set(slow).isdisjoint(QUATERNION):
+        q = np.stack([columns[name] for name in QUATERNION])
+        length = np.sqrt(sum(q**2))
         # Of a straight line between two quaternions; another length is that of the file, and an
         # error.
-        length = np.where(length > 0.9, length, 1.0)
-        columns |= {name: columns[name] / length for name in QUATERNION}
+        q = q / np.where(length > 0.9, length, 1.0)
+        columns |= dict(zip(QUATERNION, q, strict=True))
+
+
+def _filled_state(
+    state: _State, time: Array, remarks: list[str]
+) -> tuple[_State, dict[str, float]]:
+    """The state with slower columns filled, without those of few samples; and their periods [s]."""
+    period = {name: _period(time, values) for name, values in state.columns.items()}
+    empty = [name for name, between in period.items() if np.isinf(between)]
+    if empty:
+        remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
+        state = state.without(empty)
+    for part in state:
+        _fill(time, part, period)
+    return state, period
+
+
+def _without_broken_rates(state: _State, remarks: list[str]) -> _State:
+    """The state without rates that have gaps.
+
+    Rates are not needed, so that gaps leave out the rate and not the samples.
+    """
+    broken = [name for name, x in state.rates.items() if not _known(x).all()]
+    if not broken:
+        return state
+    remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
+    return state._replace(rates=state.without(broken).rates)
+
+
+def _refuse_few_samples(state: _State, period: Mapping[str, float], count: int) -> None:
+    """Refuse fewer than 3 complete samples, or none with a position."""
+    if count >= 3 and state.positions:
+        return
+    empty = [name for name, between in period.items() if np.isinf(between)]
+    raise StudyError(
+        f"this log has {count if state.positions else 0} samples with a number for each of "
+        f"{listed(state.positions or empty, 12)}; at least 3 are needed"
+    )
 
 
 def _filled(time: Array, values: Array, longest: float) -> Array:
@@ -338,7 +348,7 @@ def _filled(time: Array, values: Array, longest: float) -> Array:
     return np.where(apart <= longest, lines, np.nan)
 
 
-def _numbers(name: str, values: np.ndarray) -> Array:
+def _numeric_column(name: str, values: np.ndarray) -> Array:
     """A column as numbers, in which NaN means that there is no sample.
 
     Raises:
@@ -358,3 +368,25 @@ def _numbers(name: str, values: np.ndarray) -> Array:
             f"empty where there is no sample"
         )
     return numbers
+
+
+def _complete_samples(state: _State, robot: Robot, n: int, remarks: list[str]) -> np.ndarray:
+    """Mask of n samples: they have all positions, and the rates of the base that most have."""
+    needed = dict(state.positions)
+    for name, x in state.rates.items():
+        column = column_name(name, robot)
+        if column is not None and column.base and _known(x).mean() >= COMPLETE:
+            needed[name] = x
+    complete = np.ones(n, dtype=bool)
+    lacking = []
+    for name, x in needed.items():
+        known = _known(x)
+        if not known.all():
+            lacking.append(name)
+            complete &= known
+    if lacking:
+        remarks.append(
+            f"{np.sum(~complete)} of {n} samples are left out, with no number near them in "
+            f"{listed(lacking, 6)}"
+        )
+    return complete

@@ -31,26 +31,24 @@ def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
         study: the landings.
         friction: whether they have friction, and the jumps are those with it.
     """
-    base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
-    columns = {
-        kind + axis: Column(select(f"body.{key}.{axis}"), base)
-        for kind, key in kinds.items()
-        for axis in "xyz"
-    }
-    for key in dict.fromkeys(
-        measured.key for measured in study.table.measured if "@" in measured.key
-    ):
-        selection, places = selected(study.first, key)
+    base = body_places(study.robot)[0]
+    columns: dict[str, Column] = {}
+    for kind, key in (("v", "delta_v"), ("w", "delta_omega")):
+        for axis in "xyz":
+            columns[kind + axis] = Column(select(f"body.{key}.{axis}"), base)
+    for measured in study.table.measured:
+        if "@" not in measured.key or measured.key in columns:
+            continue
+        selection, places = selected(study.first, measured.key)
         if len(places) != 1:
             raise StudyError(
-                f"after_{key} is one column, and means {len(places)} places; name one of them"
+                f"after_{measured.key} is one column, and means {len(places)} places; name one of "
+                "them"
             )
-        columns[key] = Column(selection, places[0])
-    return (
-        {key: _with_friction(key, column) for key, column in columns.items()}
-        if friction
-        else columns
-    )
+        columns[measured.key] = Column(selection, places[0])
+    if friction:
+        columns = {key: _with_friction(key, column) for key, column in columns.items()}
+    return columns
 
 
 def _with_friction(key: str, column: Column) -> Column:
@@ -109,23 +107,26 @@ def predicted_later(
         by_key: columns by key.
         timed: what was measured, each with a time.
     """
-    at_times = {
-        time: {key: column._replace(time=time) for key, column in by_key.items()}
-        for time in sorted({measured.time for measured in timed if measured.time})
-    }
-    wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
+    times = sorted({measured.time for measured in timed if measured.time})
+    at_times: dict[float, dict[str, Column]] = {}
+    wanted: dict[str, Column] = {}
+    for time in times:
+        at_times[time] = {key: column._replace(time=time) for key, column in by_key.items()}
+        wanted |= {column.name: column for column in at_times[time].values()}
     results = Evaluation(study, tuple(wanted.values()), prove=0).table.without_defects()
-    messages, jumps = (
-        dict(results.messages),
-        {time: base_in_world(study, one, results.columns) for time, one in at_times.items()},
-    )
-    later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
-    for measured, values in zip(timed, later, strict=True):
-        for i in set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys():
-            messages[i] = (
-                f"{measured.key} at a time after contact does not follow from velocities, or has "
-                f"no value"
-            )
+    jumps: dict[float, dict[str, Array]] = {}
+    for time, columns in at_times.items():
+        jumps[time] = base_in_world(study, columns, results.columns)
+    messages = dict(results.messages)
+    later = []
+    for measured in timed:
+        if not measured.time:
+            continue
+        values = jumps[measured.time][measured.key]
+        later.append(values)
+        for i in np.flatnonzero(np.isnan(values)).tolist():
+            text = "at a time after contact does not follow from velocities, or has no value"
+            messages.setdefault(i, f"{measured.key} {text}")
     return later, dict(sorted(messages.items()))
 
 
@@ -138,28 +139,28 @@ def mobilities(study: RecordedLandings) -> Array:
     landing, W is zero or NaN.
     """
     robot = study.robot
-    W, locked = (
-        np.full((study.rows, robot.model.nv, robot.model.nv), np.nan),
-        np.zeros(robot.model.nv, dtype=bool),
-    )
+    nv = robot.model.nv
+    W = np.full((study.rows, nv, nv), np.nan)
+    unlocked = np.zeros(nv, dtype=bool)
     for k, (first, _) in enumerate(study.chunks):
         for group in study.chunk(k, study.data(k)).groups:
             if isinstance(group, Refusal):
                 continue
             landing = group.landing
             state = dynamics(robot, group.Q, landing.joint_model)
-            moved, G = (
-                _velocities(robot, state),
-                movable_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked),
-            )
-            moved, H = (
-                (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
-            )
-            W[first + group.postures] = moved @ solve_inertia(H, moved.swapaxes(1, 2))
+            H = state.H
+            velocities = velocities_of_rates(robot, state)
+            G = movable_columns(robot, landing.base, landing.plane, state.rotation[:, 0], unlocked)
+            if G is not None:
+                velocities = velocities @ G
+                H = G.swapaxes(1, 2) @ H @ G
+            # W = V H⁻¹ Vᵀ with the velocities V of unit free velocities
+            inverse = solve_inertia(H, velocities.swapaxes(1, 2))
+            W[first + group.postures] = velocities @ inverse
     return W
 
 
-def _velocities(robot: Robot, state: Dynamics) -> Array:
+def velocities_of_rates(robot: Robot, state: Dynamics) -> Array:
     """The velocities (N, nv, nv) of `mobilities` for unit joint velocities in N postures."""
     velocities = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
     if robot.free_base:
@@ -171,11 +172,9 @@ def coordinate(measured: Measured, robot: Robot) -> int:
     """Row of `mobilities` that a measured velocity has; −1 for another quantity."""
     if measured.key in COMPONENTS:
         return COMPONENTS.index(measured.key)
-    return (
-        robot.joint(measured.name).v.start
-        if measured.group in ("joint rates", "sliding rates")
-        else -1
-    )
+    if measured.group in ("joint rates", "sliding rates"):
+        return int(robot.joint(measured.name).v.start)
+    return -1
 
 
 def energy_roots(W: Array, chosen: np.ndarray) -> Array:
@@ -200,9 +199,12 @@ def energy_norms(W: Array, coordinates: Array, jumps: Array) -> Array:
         coordinates: (k,) of the jumps.
         jumps: (n, k) measured parts of Δ; NaN where there is none.
     """
-    norms, measured = np.full(len(jumps), np.nan), np.isfinite(jumps)
+    norms = np.full(len(jumps), np.nan)
+    measured = np.isfinite(jumps)
+    known = np.isfinite(W).all(axis=(1, 2))
     for pattern in np.unique(measured[measured.any(axis=1)], axis=0):
-        rows = np.flatnonzero((measured == pattern).all(axis=1) & np.isfinite(W).all(axis=(1, 2)))
-        root = energy_roots(W[rows], coordinates[pattern])
-        norms[rows] = np.linalg.norm((root @ jumps[rows][:, pattern, None])[..., 0], axis=1)
+        rows = np.flatnonzero((measured == pattern).all(axis=1) & known)
+        R = energy_roots(W[rows], coordinates[pattern])
+        delta = jumps[rows][:, pattern, None]
+        norms[rows] = np.linalg.norm((R @ delta)[..., 0], axis=1)
     return norms

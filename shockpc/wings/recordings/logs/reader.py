@@ -130,37 +130,42 @@ def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedR
     Q = configurations(landing, read, n, messages)
     friction = row_friction(landing, columns, n, messages)
     before = motions(landing, read, Q)
-    scenes, index, velocities = row_scenes(
-        landing, columns, read.contact_velocities, friction, messages
-    )
+    of_rows = row_scenes(landing, columns, read.contact_velocities, friction, messages)
     # A table of which every row is refused is an error.
     if len(messages) == n:
         mark = "," if messages[0].startswith("column") else ":"
         raise StudyError(f"row 0{mark} {messages[0]}", rows=list(range(n)))
-    # NaN where the table gives no torque, because zero is a torque.
-    effort = np.full((n, robot.model.nv), np.nan)
-    for name, values in read.efforts.items():
-        effort[:, robot.joint(name).v] = values[:, None]
     joints, rates = read.given(robot)
     origins = dict(_origins(landing, columns, read))
-    labels = {"name": _names(columns, robot, n), "contact": contacts_of(scenes, index)}
+    labels = {
+        "name": _names(columns, robot, n),
+        "contact": contacts_of(of_rows.scenes, of_rows.scene),
+    }
     return RecordedRows(
-        labels | _times(columns, robot),
-        Q,
-        before,
-        scenes,
-        index,
-        velocities,
-        friction,
-        effort,
-        joints,
-        rates,
-        given=tuple(what for what, known in origins.items() if known),
-        missing=tuple(what for what, known in origins.items() if not known),
+        labels=labels | _times(columns, robot),
+        Q=Q,
+        before=before,
+        scenes=of_rows.scenes,
+        scene=of_rows.scene,
+        contact_velocity=of_rows.velocities,
+        friction=friction,
+        effort=_efforts(read, robot, n),
+        joints=joints,
+        rates=rates,
+        given=tuple(part for part, in_table in origins.items() if in_table),
+        missing=tuple(part for part, in_table in origins.items() if not in_table),
         measured=tuple(_measured(column, robot, read, before) for column in read.after),
         messages=dict(sorted(messages.items())),
         warnings=tuple(read.warnings),
     )
+
+
+def _efforts(read: RobotColumns, robot: Robot, n: int) -> Array:
+    """The torques (n, nv) of the rows; NaN where the table gives none, because zero is a torque."""
+    efforts = np.full((n, robot.model.nv), np.nan)
+    for name, values in read.efforts.items():
+        efforts[:, robot.joint(name).v] = values[:, None]
+    return efforts
 
 
 def _length(columns: Mapping[str, np.ndarray]) -> int:
@@ -184,9 +189,12 @@ def _label(columns: Mapping[str, np.ndarray], robot: Robot, key: str) -> np.ndar
 
 def _names(columns: Mapping[str, np.ndarray], robot: Robot, n: int) -> np.ndarray:
     """The names (n,) of the rows, by default their numbers."""
-    names = _label(columns, robot, "row")
-    cells = range(n) if names is None else names.tolist()
-    return np.array([f"{name:.15g}" if isinstance(name, float) else str(name) for name in cells])
+    labels = _label(columns, robot, "row")
+    cells = range(n) if labels is None else labels.tolist()
+    names = []
+    for cell in cells:
+        names.append(f"{cell:.15g}" if isinstance(cell, float) else str(cell))
+    return np.array(names)
 
 
 def _times(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:

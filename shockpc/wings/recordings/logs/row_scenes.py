@@ -14,7 +14,7 @@ from shockpc.landing.resolve import with_definite_contacts
 from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers
+from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numeric_column
 from shockpc.wings.recordings.logs.column_meaning import FRICTION
 
 ContactVelocities = Mapping[tuple[str, int], Array]
@@ -92,7 +92,7 @@ def row_friction(
     if not name:
         mu = landing.scene.friction
         return np.full(n, np.nan if mu is None else mu)
-    friction = numbers(name, columns[name], messages)
+    friction = numeric_column(name, columns[name], messages)
     messages.refuse(
         friction < 0.0,
         lambda i: f"column {name}: {friction[i]:g} is not a valid friction; it must be ≥ 0",
@@ -107,62 +107,69 @@ def _row_contacts(
     if "contact" not in columns:
         return [landing.scene.contact], np.zeros(n, dtype=int)
     texts, index = np.unique(columns["contact"].astype(str), return_inverse=True)
-    contacts = [
-        _contacts(landing, text, index == k, messages) if text else landing.scene.contact
-        for k, text in enumerate(texts.tolist())
-    ]
+    contacts: list[tuple[Contact, ...]] = []
     # The same contacts in another order are the same landing.
     first: dict[tuple[str, ...], int] = {}
-    index = np.array(
-        [
-            first.setdefault(tuple(sorted(map(repr, of_text))), k)
-            for k, of_text in enumerate(contacts)
-        ]
-    )[index]
-    return contacts, index
+    same = np.zeros(len(texts), dtype=int)
+    for k, text in enumerate(texts.tolist()):
+        of_text = landing.scene.contact
+        if text:
+            of_text = _contacts(landing, text, index == k, messages)
+        contacts.append(of_text)
+        same[k] = first.setdefault(tuple(sorted(map(repr, of_text))), k)
+    return contacts, same[index]
 
 
 def _velocities(
     contacts: Sequence[tuple[Contact, ...]],
     index: np.ndarray,
-    given: ContactVelocities,
+    in_table: ContactVelocities,
     messages: RowMessages,
 ) -> Array:
     """Velocities (n, c, 3) of contacts, those of the table before those of the scene.
 
-    Args: as `_row_contacts` gives them.
+    Args: contacts and index as `_row_contacts` gives them.
     """
-    used = [contacts[k] for k in np.unique(index).tolist()]
-    if unused := {frame for frame, _ in given} - {
-        contact.frame for of_landing in used for contact in of_landing
-    }:
+    numbers = np.unique(index).tolist()
+    used = {contact.frame for k in numbers for contact in contacts[k]}
+    unused = {frame for frame, _ in in_table} - used
+    if unused:
         raise StudyError(
             f'the table gives the velocity of "{min(unused)}", which is no contact of any row; '
             f"leave it out (--map)"
         )
     velocities = np.full((len(index), max(map(len, contacts)), 3), np.nan)
-    for k in np.unique(index).tolist():
+    for k in numbers:
         rows = np.flatnonzero(index == k)
         for c, contact in enumerate(contacts[k]):
-            velocities[rows, c] = np.nan if contact.velocity is None else contact.velocity
-            axes = [
-                given[contact.frame, axis] for axis in range(3) if (contact.frame, axis) in given
-            ]
-            if axes and len(axes) < 3:
-                raise StudyError(
-                    f'the velocity of contact "{contact.frame}" needs all of vx@, vy@ and '
-                    f"vz@{contact.frame}"
-                )
-            if axes:
-                of_rows = np.stack(axes, axis=1)[rows]
-                known = ~np.isnan(of_rows)
-                velocities[rows, c] = np.where(known, of_rows, velocities[rows, c])
-                text = (
-                    f'the velocity of contact "{contact.frame}" is not given in full: vx@, vy@ and '
-                    f"vz@ are needed, or none"
-                )
-                for i in rows[known.any(axis=1) & ~known.all(axis=1)].tolist():
-                    messages.setdefault(i, text)
+            if contact.velocity is not None:
+                velocities[rows, c] = contact.velocity
+            of_rows = _velocities_in_table(contact.frame, rows, in_table, messages)
+            if of_rows is not None:
+                velocities[rows, c] = np.where(np.isnan(of_rows), velocities[rows, c], of_rows)
+    return velocities
+
+
+def _velocities_in_table(
+    frame: str, rows: np.ndarray, in_table: ContactVelocities, messages: RowMessages
+) -> Array | None:
+    """Velocities (m, 3) of a contact in rows (m,) of a table; None if it has no such columns.
+
+    Rows that give some components only are refused.
+    """
+    axes = [in_table[frame, axis] for axis in range(3) if (frame, axis) in in_table]
+    if not axes:
+        return None
+    if len(axes) < 3:
+        raise StudyError(f'the velocity of contact "{frame}" needs all of vx@, vy@ and vz@{frame}')
+    velocities: Array = np.stack(axes, axis=1)[rows]
+    known = ~np.isnan(velocities)
+    text = (
+        f'the velocity of contact "{frame}" is not given in full: vx@, vy@ and vz@ are needed, '
+        f"or none"
+    )
+    for i in rows[known.any(axis=1) & ~known.all(axis=1)].tolist():
+        messages.setdefault(i, text)
     return velocities
 
 
@@ -176,13 +183,14 @@ def _stances(
     if "stance" not in columns:
         return [landing.scene.stance], np.zeros(n, dtype=int)
     cells = columns["stance"]
-    texts, index = np.unique(
-        np.where(empty_cells(cells), "", cells.astype(str)), return_inverse=True
-    )
-    stances = [
-        _frames(landing.robot, text, index == k, messages) if text else landing.scene.stance
-        for k, text in enumerate(texts.tolist())
-    ]
+    texts = np.where(empty_cells(cells), "", cells.astype(str))
+    different, index = np.unique(texts, return_inverse=True)
+    stances = []
+    for k, text in enumerate(different.tolist()):
+        stance = landing.scene.stance
+        if text:
+            stance = _frames(landing.robot, text, index == k, messages)
+        stances.append(stance)
     return stances, index
 
 

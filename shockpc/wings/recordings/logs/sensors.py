@@ -47,82 +47,100 @@ class Sensors:
     """
 
     def __init__(self, log: Log, motion: LoggedMotion) -> None:
-        self.log, self.motion, robot = log, motion, motion.robot
+        self.log = log
+        self.motion = motion
+        by_kind = self._read_places()
+        self.accelerometers = by_kind["a"]
+        # Rates of turning (n, 3) of bodies in their axes, by a gyro on each.
+        self.turning: dict[int, Array] = {}
+        for frame, place in by_kind["w"].items():
+            self.turning[place.body] = self._samples("w", frame) @ place.axes.T
+        if motion.gyro is not None:
+            self.turning.setdefault(0, motion.gyro)
+        self.points: list[Place] = []
+        for place in point_places(motion.robot, motion.landing.scene.point):
+            if place.name not in self.accelerometers:
+                self.points.append(place)
+        self.warnings = [*self._slow(), *self._implausible(), *self._without_jump()]
+
+    def _read_places(self) -> dict[str, dict[str, Place]]:
+        """Places of the accelerometers ("a") and the gyros ("w") by frame.
+
+        Raises:
+            StudyError: one is fixed to the world, or an axis is absent.
+        """
         kinds: dict[str, dict[str, Place]] = {"a": {}, "w": {}}
         # The columns of accelerometers are called ax@FRAME, and those of gyros wx@FRAME.
-        for name in log.sensors:
+        for name in self.log.sensors:
             kind, frame = name[0], name[3:]
-            place = point_place(robot, Point(frame=frame))
+            place = point_place(self.motion.robot, Point(frame=frame))
             if place.body < 0:
                 raise StudyError(
                     f'column {name}: frame "{frame}" is fixed to the world, so it measures no '
                     f"landing"
                 )
             kinds[kind][frame] = place
-        self.accelerometers = kinds["a"]
         for kind, frames in kinds.items():
             for frame in frames:
-                if absent := [
-                    f"{kind}{axis}@{frame}"
-                    for axis in "xyz"
-                    if f"{kind}{axis}@{frame}" not in log.sensors
-                ]:
+                names = [f"{kind}{axis}@{frame}" for axis in "xyz"]
+                absent = [name for name in names if name not in self.log.sensors]
+                if absent:
                     raise StudyError(
                         f'a sensor at "{frame}" has three axes; the log lacks {listed(absent)}'
                     )
-        # Rates of turning (n, 3) of bodies in their axes, by a gyro on each.
-        self.turning = {
-            place.body: self._samples("w", frame) @ place.axes.T
-            for frame, place in kinds["w"].items()
-        }
-        if motion.gyro is not None:
-            self.turning.setdefault(0, motion.gyro)
-        self.points = [
-            place
-            for place in point_places(robot, motion.landing.scene.point)
-            if place.name not in self.accelerometers
-        ]
-        # From one accelerometer the motion of another point of its body follows only with a gyro.
+        return kinds
+
+    def _slow(self) -> Iterator[str]:
+        """Warnings of accelerometers with few samples."""
+        for frame in self.accelerometers:
+            rate = (1.0 + 1e-3) / self.log.period[f"ax@{frame}"]
+            if rate < GOOD:
+                yield (
+                    f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral '
+                    f"is right if it averages between them"
+                )
+
+    def _without_jump(self) -> Iterator[str]:
+        """Warnings of points whose jump does not follow.
+
+        From one accelerometer the motion of another point of its body follows only with a gyro.
+        """
         measured = {place.body for place in self.accelerometers.values()}
-        self.warnings = [
-            f'the accelerometer at "{frame}" has {rate:.0f} samples a second: its integral is '
-            f"right if it averages between them"
-            for frame in self.accelerometers
-            if (rate := (1.0 + 1e-3) / log.period[f"ax@{frame}"]) < GOOD
-        ]
-        self.warnings += self._doubts()
-        self.warnings += [
-            f'no jump of "{place.name}": an accelerometer is on its body, and no gyro'
-            for place in self.points
-            if place.body in measured - self.turning.keys()
-        ]
+        for place in self.points:
+            if place.body in measured - self.turning.keys():
+                yield f'no jump of "{place.name}": an accelerometer is on its body, and no gyro'
 
-    def _samples(self, kind: str, frame: str) -> Array:
-        return np.stack([self.log.sensors[f"{kind}{axis}@{frame}"] for axis in "xyz"], axis=1)
-
-    def _doubts(self) -> Iterator[str]:
-        """Values that are those of another unit, or of the end of a range."""
+    def _implausible(self) -> Iterator[str]:
+        """Warnings of values that are those of another unit, or of the end of a range."""
         for frame in self.accelerometers:
             a = self._samples("a", frame)
-            if 0.8 < (usual := float(np.nanmedian(np.linalg.norm(a, axis=1)))) < 1.2:
+            usual = float(np.nanmedian(np.linalg.norm(a, axis=1)))
+            if 0.8 < usual < 1.2:
                 yield (
                     f'the accelerometer at "{frame}" mostly reads {usual:.2f}, as if in g; '
                     "its columns are in m/s²"
                 )
             for axis, values in zip("xyz", np.abs(a).T, strict=True):
-                held = values == (largest := np.nanmax(values))
-                if largest > SATURATES and (held[2:] & held[1:-1] & held[:-2]).any():
+                largest = np.nanmax(values)
+                at_largest = values == largest
+                # Three samples in a row.
+                stays = (at_largest[2:] & at_largest[1:-1] & at_largest[:-2]).any()
+                if largest > SATURATES and stays:
                     yield (
                         f"a{axis}@{frame} stays at {largest:.4g} m/s², its maximum; "
                         "if that is its range, jumps are too small"
                     )
         for body, w in self.turning.items():
-            if (fastest := float(np.nanmax(np.abs(w)))) > FASTEST_TURN:
+            fastest = float(np.nanmax(np.abs(w)))
+            if fastest > FASTEST_TURN:
                 name = body_places(self.motion.robot)[body].name
                 yield (
                     f'the gyro of "{name}" reads up to {fastest:.3g} rad/s, beyond 2000 deg/s; '
                     "convert it if it is in degrees"
                 )
+
+    def _samples(self, kind: str, frame: str) -> Array:
+        return np.stack([self.log.sensors[f"{kind}{axis}@{frame}"] for axis in "xyz"], axis=1)
 
     @functools.cached_property
     def _velocities(self) -> Mapping[str, Array]:
@@ -130,13 +148,13 @@ class Sensors:
 
         They are NaN where a sample is missing.
         """
-        step, velocities = np.diff(self.log.time)[:, None], {}
+        step = np.diff(self.log.time)[:, None]
+        velocities: dict[str, Array] = {}
         for frame in self.accelerometers:
             a = self._samples("a", frame)
             known = np.where(np.isfinite(a), a, 0.0)
-            v = np.concatenate(
-                [np.zeros((1, 3)), np.cumsum(0.5 * step * (known[1:] + known[:-1]), axis=0)]
-            )
+            v = np.zeros_like(known)
+            v[1:] = np.cumsum(0.5 * step * (known[1:] + known[:-1]), axis=0)
             velocities[frame] = np.where(np.isfinite(a), v, np.nan)
         return velocities
 
@@ -154,33 +172,33 @@ class Sensors:
             time: after that [s].
             window: length of the window in which the velocity after is the mean [s].
         """
-        found, robot = dict[str, Array](), self.motion.robot
+        places = body_places(self.motion.robot)
         begin, end = self.motion.around(self.log.time[last] + time, window)
         rows = None
         if last < begin and end <= self.motion.run(first)[1]:
             rows = (since, first, begin, end)
         turned = {body: self._jump(w, rows) for body, w in self.turning.items()}
         moved = {frame: self._jump(v, rows) for frame, v in self._velocities.items()}
+        vectors: list[tuple[str, str, Array]] = []
         for body, jump in turned.items():
-            found[f"delta_omega@{body_places(robot)[body].name}"] = jump
+            vectors.append(("delta_omega", places[body].name, jump))
         for frame, jump in moved.items():
-            found[f"delta_v@{frame}"] = jump
+            vectors.append(("delta_v", frame, jump))
         for place in self.points:
             if place.body not in turned:
                 continue
             # Δv at the point = Δv + Δω × r, from the first accelerometer on its body.
             for frame, origin in self.accelerometers.items():
                 if origin.body == place.body:
-                    delta_v = velocity_at(
-                        turned[place.body], origin.axes @ moved[frame], place.r - origin.r
-                    )
-                    found[f"delta_v@{place.name}"] = place.axes.T @ delta_v
+                    at_origin = origin.axes @ moved[frame]
+                    delta_v = velocity_at(turned[place.body], at_origin, place.r - origin.r)
+                    vectors.append(("delta_v", place.name, place.axes.T @ delta_v))
                     break
-        return {
-            f"{name.replace('@', f'.{axis}@', 1)}": float(jump[k])
-            for name, jump in found.items()
-            for k, axis in enumerate("xyz")
-        }
+        jumps: dict[str, float] = {}
+        for quantity, name, jump in vectors:
+            for k, axis in enumerate("xyz"):
+                jumps[f"{quantity}.{axis}@{name}"] = float(jump[k])
+        return jumps
 
     def _jump(self, values: Array, rows: tuple[int, int, int, int] | None) -> Array:
         """The mean (3,) of samples from `begin` to `end` less a line.
@@ -189,14 +207,17 @@ class Sensors:
 
         NaN if any sample is missing, because an integral over it is wrong.
         """
+        unknown = np.full(3, np.nan)
         if rows is None:
-            return np.full(3, np.nan)
+            return unknown
         since, first, begin, end = rows
         t = self.log.time - self.log.time[first]
-        before = np.arange(max(since, int(np.searchsorted(t, -LINE - 1e-9))), first + 1)
-        known = np.isfinite(values[before[0] : end + 1]).all()
-        if not known or len(before) < FEWEST or t[before[0]] > -0.5 * LINE:
-            return np.full(3, np.nan)
-        line = np.polynomial.polynomial.polyfit(t[before], values[before], 1)
+        start = max(since, int(np.searchsorted(t, -LINE - 1e-9)))
+        before = slice(start, first + 1)
         after = slice(begin, end + 1)
-        return np.asarray(values[after].mean(axis=0) - line[0] - line[1] * t[after].mean())
+        if not np.isfinite(values[start : end + 1]).all():
+            return unknown
+        if first + 1 - start < FEWEST or t[start] > -0.5 * LINE:
+            return unknown
+        offset, slope = np.polynomial.polynomial.polyfit(t[before], values[before], 1)
+        return np.asarray(values[after].mean(axis=0) - offset - slope * t[after].mean())

@@ -1,6 +1,6 @@
 """The robot's state in the rows of a table: columns, configurations and motions."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,12 @@ from shockpc.robot.mjcf.reader import qpos_order, qvel_order
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numbers, unit_quaternions
+from shockpc.wings.recordings.logs.cells import (
+    RowMessages,
+    empty_cells,
+    numeric_column,
+    unit_quaternions,
+)
 from shockpc.wings.recordings.logs.column_meaning import (
     CONTACT_VELOCITY,
     REMARKS,
@@ -33,6 +38,9 @@ UNKNOWN = (
     "out the empty columns: --map vx= …"
 )
 """Meaning of an empty cell of a velocity of the base."""
+
+EXAMPLES = ("qw", "roll", "vx", "vx_body", "wx", "vx@FRAME", "contact", "friction")
+"""An example of each kind of name, from which a message proposes the nearest."""
 
 TURNS = {"roll": np.pi, "pitch": np.pi}
 """Largest angles of the base [rad]; its yaw may be counted over several turns."""
@@ -77,9 +85,9 @@ class RobotColumns(NamedTuple):
     def given(self, robot: Robot) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Names of the joints whose positions, and of those whose rates, the table gives."""
         every = tuple(joint.name for joint in robot.single_joints if joint.kind != "free")
-        return every if "qpos" in self.arrays else tuple(
-            self.positions
-        ), every if "qvel" in self.arrays else tuple(self.rates)
+        positions = every if "qpos" in self.arrays else tuple(self.positions)
+        rates = every if "qvel" in self.arrays else tuple(self.rates)
+        return positions, rates
 
 
 def read_columns(
@@ -97,12 +105,14 @@ def read_columns(
         StudyError: a column has another shape or unit than its name says, or two columns mean the
             same.
     """
-    read, joints = RobotColumns({}, {}, {}, {}, {}, set(), {}, [], []), robot.joint_names
+    read = RobotColumns({}, {}, {}, {}, {}, set(), {}, [], [])
+    joints = robot.joint_names
     arrays = [name for name in ("qpos", "qvel") if name in columns and name not in joints]
     for name in arrays:
         _read_array(name, columns[name], robot, read, messages)
-    for name in (name for name in columns if name not in arrays):
-        values = columns[name]
+    for name, values in columns.items():
+        if name in arrays:
+            continue
         if values.ndim != 1:
             raise StudyError(
                 f"column {name} has shape {values.shape}; it has to be one number a row"
@@ -113,35 +123,25 @@ def read_columns(
         meaning = column_name(name, robot)
         if meaning is None:
             raise StudyError("a column has no name; give it one in the header of the table")
-        at_contact = (
-            CONTACT_VELOCITY.fullmatch(meaning.target)
-            if not (meaning.after or meaning.degrees)
-            else None
-        )
+        at_contact = None
+        if not (meaning.after or meaning.degrees):
+            at_contact = CONTACT_VELOCITY.fullmatch(meaning.target)
         if meaning.effort:
             _read_effort(name, meaning.target, values, robot, read, messages)
         elif at_contact is not None:
             key = robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
             if key in read.contact_velocities:
                 raise twice(f'"{meaning.target}"')
-            read.contact_velocities[key] = numbers(name, values, messages, missing=True)
+            velocities = numeric_column(name, values, messages, missing=True)
+            read.contact_velocities[key] = velocities
         elif meaning.target in joints or meaning.base or "@" in meaning.target:
             _read_state(name, meaning, values, robot, read, messages)
         elif values.dtype.kind in "fiub":  # else it is a remark
-            # An example of each kind of name, from which the message proposes the nearest.
-            known = (
-                *joints,
-                "qw",
-                "roll",
-                "vx",
-                "vx_body",
-                "wx",
-                "vx@FRAME",
-                "contact",
-                "friction",
-            )
             raise robot.unknown(
-                "joint", meaning.target, known, f'to leave the column out: --map "{name}="'
+                "joint",
+                meaning.target,
+                (*joints, *EXAMPLES),
+                f'to leave the column out: --map "{name}="',
             )
     return read
 
@@ -155,40 +155,50 @@ def _read_state(
     messages: RowMessages,
 ) -> None:
     """Read a column of a joint or of the base, before or after the impact."""
-    key, degrees = meaning.base, meaning.degrees
-    if degrees and key and not (key in ANGLES or key.startswith("w")):
+    key = meaning.base
+    is_angular = not key or key in ANGLES or key.startswith("w")
+    if meaning.degrees and not is_angular:
         raise StudyError(
             f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; "
             f"leave out _deg"
         )
-    found = numbers(
-        name, values, messages, missing=meaning.after, advice=UNKNOWN * (key in TWIST)
-    ) * (DEG if degrees else 1.0)
+    advice = UNKNOWN if key in TWIST else ""
+    numbers = numeric_column(name, values, messages, missing=meaning.after, advice=advice)
+    if meaning.degrees:
+        numbers = numbers * DEG
     if meaning.after:
-        read.after.append(MeasuredColumn(name, meaning, found))
+        read.after.append(MeasuredColumn(name, meaning, numbers))
     elif key:
         if key in read.base:
             raise twice(f'"{key}" of the base')
-        read.base[key] = found
+        read.base[key] = numbers
         if meaning.in_body:
             read.in_body.add(key)
-        if key in TURNS and not degrees:
-            read.warnings.extend(_looks_like_degrees(name, found, -TURNS[key], TURNS[key]))
+        if key in TURNS and not meaning.degrees:
+            read.warnings.extend(_looks_like_degrees(name, numbers, -TURNS[key], TURNS[key]))
     elif "@" in meaning.target:
         raise StudyError(
             f"column {name}: a quantity is measured after the impact; name the column "
             f"after_{meaning.target}"
         )
     else:
-        (joint,) = settable_joints(robot, meaning.target, StudyError)
-        if degrees and joint.unit != "rad":
-            raise StudyError(f"column {name}: the joint is prismatic, and its unit is m, not deg")
-        given = read.rates if meaning.rate else read.positions
-        if joint.name in given or ("qvel" if meaning.rate else "qpos") in read.arrays:
-            raise twice(f'joint "{joint.name}"')
-        given[joint.name] = found
-        if not (degrees or meaning.rate) and _limited_angle(joint):
-            read.warnings.extend(_looks_like_degrees(name, found, *joint.limits))
+        _read_joint(name, meaning, numbers, robot, read)
+
+
+def _read_joint(
+    name: str, meaning: ColumnName, numbers: Array, robot: Robot, read: RobotColumns
+) -> None:
+    """Read the positions or the rates of a joint before the impact."""
+    (joint,) = settable_joints(robot, meaning.target, StudyError)
+    if meaning.degrees and joint.unit != "rad":
+        raise StudyError(f"column {name}: the joint is prismatic, and its unit is m, not deg")
+    by_joint = read.rates if meaning.rate else read.positions
+    array = "qvel" if meaning.rate else "qpos"
+    if joint.name in by_joint or array in read.arrays:
+        raise twice(f'joint "{joint.name}"')
+    by_joint[joint.name] = numbers
+    if not (meaning.degrees or meaning.rate) and _limited_angle(joint):
+        read.warnings.extend(_looks_like_degrees(name, numbers, *joint.limits))
 
 
 def _limited_angle(joint: Joint) -> bool:
@@ -197,24 +207,23 @@ def _limited_angle(joint: Joint) -> bool:
     A file without any may give zeros for both of them.
     """
     low, high = joint.limits
-    return (
-        joint.unit == "rad"
-        and joint.kind != "continuous"
-        and bool(np.isfinite(high - low))
-        and low < high
-    )
+    if joint.unit != "rad" or joint.kind == "continuous":
+        return False
+    return bool(np.isfinite(high - low)) and low < high
 
 
-def _looks_like_degrees(name: str, values: Array, low: float, high: float) -> list[str]:
+def _looks_like_degrees(name: str, values: Array, low: float, high: float) -> Iterator[str]:
     """A warning of a column that is outside of limits in radians, and inside in degrees."""
     outside = (values < low - 0.5) | (values > high + 0.5)
-    rows = np.flatnonzero(outside & (values * DEG >= low - 0.1) & (values * DEG <= high + 0.1))
-    return [
-        f"column {name}: {values[i]:g} in row {i} looks like degrees (the limits are {low:.4g} and "
-        f"{high:.4g} rad), and the column "
-        f"is read in radians; name it {name}_deg if it holds degrees"
-        for i in rows[:1].tolist()
-    ]
+    degrees = values * DEG
+    rows = np.flatnonzero(outside & (degrees >= low - 0.1) & (degrees <= high + 0.1))
+    if len(rows):
+        i = int(rows[0])
+        yield (
+            f"column {name}: {values[i]:g} in row {i} looks like degrees (the limits are "
+            f"{low:.4g} and {high:.4g} rad), and the column "
+            f"is read in radians; name it {name}_deg if it holds degrees"
+        )
 
 
 def _read_effort(
@@ -230,7 +239,7 @@ def _read_effort(
     if joint.name in read.efforts:
         raise twice(f'the effort of joint "{joint.name}"')
     read.efforts[joint.name] = np.where(
-        empty_cells(values), np.nan, numbers(name, values, messages, missing=True)
+        empty_cells(values), np.nan, numeric_column(name, values, messages, missing=True)
     )
 
 
@@ -247,18 +256,18 @@ def _read_array(
             f"{name} has shape {values.shape}, and a row of it has the {size} numbers of the "
             f"robot's file"
         )
-    read.arrays[name] = found = numbers(name, values, messages)[:, order]
+    numbers = numeric_column(name, values, messages)[:, order]
+    read.arrays[name] = numbers
     if name == "qpos":
         for joint in robot.single_joints:
             if joint.kind in ("free", "ball"):
-                quaternion = slice(joint.q.stop - 4, joint.q.stop)
-                found[:, quaternion] = unit_quaternions(
-                    f"qpos of joint {joint.name}", found[:, quaternion], messages
-                )
+                part = slice(joint.q.stop - 4, joint.q.stop)
+                subject = f"qpos of joint {joint.name}"
+                numbers[:, part] = unit_quaternions(subject, numbers[:, part], messages)
     elif robot.free_base:
-        read.base.update(zip(TWIST, found[:, :6].T.copy(), strict=True))
+        read.base.update(zip(TWIST, numbers[:, :6].T.copy(), strict=True))
         read.in_body.update(TWIST[3:])
-        found[:, :6] = 0.0
+        numbers[:, :6] = 0.0
 
 
 def configurations(

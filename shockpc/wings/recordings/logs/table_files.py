@@ -200,7 +200,7 @@ def _arrays(columns: Sequence[Sequence[str]], texts: Sequence[bool]) -> list[np.
     """Columns as arrays, of texts or of numbers."""
     arrays: list[np.ndarray] = []
     for column, is_text in zip(columns, texts, strict=True):
-        arrays.append(np.char.strip(column) if is_text else _numbers(column))
+        arrays.append(np.char.strip(column) if is_text else _numeric_cells(column))
     return arrays
 
 
@@ -221,13 +221,13 @@ def _joined(
 
 def _is_text(cell: str) -> bool:
     try:
-        number(cell)
+        parsed_number(cell)
     except ValueError:
         return bool(cell.strip())
     return False
 
 
-def number(cell: str) -> float:
+def parsed_number(cell: str) -> float:
     """A number as every program writes it.
 
     What Python alone reads as a number is a ValueError: 1_0, and digits of other scripts.
@@ -241,7 +241,7 @@ def _refuse_other_digits(text: str) -> None:
         raise ValueError(f'"{text}" is not a number')
 
 
-def _numbers(cells: Sequence[str]) -> np.ndarray:
+def _numeric_cells(cells: Sequence[str]) -> np.ndarray:
     """Cells as numbers, NaN where they are empty; as texts, if one of them is no number."""
     try:
         _refuse_other_digits("".join(cells))
@@ -249,7 +249,11 @@ def _numbers(cells: Sequence[str]) -> np.ndarray:
     except ValueError:
         if any(map(_is_text, cells)):
             return np.char.strip(cells)
-        return np.array([cell if cell.strip() else "nan" for cell in cells], dtype=float)
+        numbers = np.full(len(cells), np.nan)
+        for i, cell in enumerate(cells):
+            if cell.strip():
+                numbers[i] = float(cell)
+        return numbers
 
 
 def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
@@ -344,8 +348,11 @@ def _values_of_lists(data: bytes) -> int:
     import pyarrow.parquet
 
     header = pyarrow.parquet.ParquetFile(io.BytesIO(data)).metadata
-    groups = [header.row_group(k) for k in range(header.num_row_groups)]
-    return sum(group.column(k).num_values for group in groups for k in range(group.num_columns))
+    count = 0
+    for g in range(header.num_row_groups):
+        group = header.row_group(g)
+        count += sum(group.column(k).num_values for k in range(group.num_columns))
+    return count
 
 
 def _parquet_column(column: Any) -> np.ndarray:

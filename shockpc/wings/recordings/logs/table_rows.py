@@ -24,14 +24,15 @@ def robot_of_table(columns: Mapping[str, np.ndarray], scene: Scene) -> Robot:
     Raises:
         ShockError: as for `robot_of`.
     """
-    texts = (
-        []
-        if scene.contact
-        else dict.fromkeys(map(str, np.ravel(columns.get("contact", ())).tolist()))
-    )
-    return robot_of(
-        scene, [name.strip() for text in texts for name in (text, *text.split("+")) if name.strip()]
-    )
+    if scene.contact:
+        return robot_of(scene, [])
+    cells = dict.fromkeys(map(str, np.ravel(columns.get("contact", ())).tolist()))
+    names: list[str] = []
+    for text in cells:
+        for name in (text, *text.split("+")):
+            if name.strip():
+                names.append(name.strip())
+    return robot_of(scene, names)
 
 
 def rows_of_table(

@@ -118,11 +118,10 @@ def _landings(study: Touchdowns) -> Sheet:
 
 def _falls(study: Touchdowns) -> Sheet:
     """The speed of each contact of a landing."""
-    rows = [
-        (one.name, *pair)
-        for one in study.landings
-        for pair in zip(one.contacts, one.speeds, strict=True)
-    ]
+    rows: list[Row] = []
+    for landing in study.landings:
+        for contact, speed in zip(landing.contacts, landing.speeds, strict=True):
+            rows.append((landing.name, contact, speed))
     return Sheet("falls", ("landing", "contact", "fall [m/s]"), rows)
 
 
