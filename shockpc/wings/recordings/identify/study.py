@@ -9,8 +9,9 @@ A grid is searched first, as where contacts stick nothing changes with the frict
 leads nowhere.
 """
 
+import itertools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache, partial
@@ -45,6 +46,7 @@ from shockpc.wings.recordings.identify.uncertainty import (
 from shockpc.wings.recordings.logs.column_meaning import RenameOption
 from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.logs.prediction import coordinate
+from shockpc.wings.recordings.logs.rows import Measured, RecordedRows
 from shockpc.wings.recordings.logs.table_files import columns_of
 from shockpc.wings.recordings.logs.table_rows import robot_of_table, rows_of_table
 
@@ -105,31 +107,25 @@ class Identification:
 
     def __repr__(self) -> str:
         return brief(
-            self, *(f"{one.variation.subject} {one.value:.4g}" for one in self.unknowns[:6])
+            self,
+            *(f"{unknown.variation.subject} {unknown.value:.4g}" for unknown in self.unknowns[:6]),
         )
 
     @property
     def table(self) -> Table:
         """A row for each unknown."""
         header = ("unknown", "unit", "value", "low", "high", "minimum", "maximum", "state")
-        rows = (
-            (
-                x.variation.subject,
-                x.variation.unit,
-                x.value,
-                x.low,
-                x.high,
-                *(x.variation.span or (None, None)),
-                x.state,
-            )
-            for x in self.unknowns
-        )
+        rows = []
+        for x in self.unknowns:
+            variation = x.variation
+            span = variation.span or (None, None)
+            rows.append((variation.subject, variation.unit, x.value, x.low, x.high, *span, x.state))
         return Table.of_rows(header, rows)
 
     @property
     def values(self) -> dict[str, float]:
         """The values by subject."""
-        return {one.variation.subject: one.value for one in self.unknowns}
+        return {unknown.variation.subject: unknown.value for unknown in self.unknowns}
 
 
 @study(
@@ -201,21 +197,58 @@ def identify(
         StudyError: a range is not valid, or the table has too little to find unknowns from.
         ShockError: the table cannot be read, or no landing can be computed.
     """
-    columns, scene = columns_of(table), scene_of(scene)
+    columns = columns_of(table)
+    scene = scene_of(scene)
     robot = robot or robot_of_table(columns, scene)
     rows = rows_of_table(columns, scene, robot, rename)
-    unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
+    unknowns = tuple(_unknown(robot, subject, values) for subject, values in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
-    velocities = [
-        one for one in rows.measured if coordinate(one, robot) >= 0 and np.isfinite(one.jump).any()
-    ]
+    measured = _velocities(rows, robot)
+    velocities = _at_one_time(measured, after)
+    # Where noises are given, a velocity without one has zero, and is not used.
+    deviations = np.array([_noise(column.name, noise) for column in velocities])
+    compared = tuple(itertools.compress(velocities, deviations > 0.0))
+    if not compared:
+        raise StudyError(
+            f"--noise fits nothing that was measured; measured are "
+            f"{listed(column.name for column in measured)}"
+        )
+    if compared[0].time is None:
+        _refuse_stiffness(unknowns, scene)
+    if all(
+        variation.kind != PLACE for variation in unknowns
+    ):  # only lengths decide how loops close
+        rows = RecordedLandings(robot, rows).closed
+    predictor = Predictor(rows, robot, unknowns, compared)
+    fit = fit_of(predictor, deviations[deviations > 0.0] if noise else None)
+    return _identification(fit, scene)
+
+
+def _velocities(rows: RecordedRows, robot: Robot) -> list[Measured]:
+    """The measured velocities of a table.
+
+    Raises:
+        StudyError: it has none.
+    """
+    velocities = []
+    for column in rows.measured:
+        if coordinate(column, robot) >= 0 and np.isfinite(column.jump).any():
+            velocities.append(column)
     if not velocities:
         raise StudyError(
             "the table measured no velocity after the impact, such as after_JOINT or after_vz, so "
             "nothing can be found"
         )
-    # Jumps at one time after contact are compared, by default at the first.
+    return velocities
+
+
+def _at_one_time(velocities: Sequence[Measured], after: float | None) -> list[Measured]:
+    """The velocities at one time after contact, by default at the first.
+
+    Raises:
+        StudyError: nothing was measured at that time.
+    """
     times = list(dict.fromkeys(column.time for column in velocities))
     if after is not None and after not in times:
         known = listed(f"{t:g}" for t in times if t is not None)
@@ -223,40 +256,28 @@ def identify(
             f"nothing was measured after {after:g} ms; "
             + (f"valid are {known}" if known else "no column names a time, such as after6ms_JOINT")
         )
-    chosen = tuple(
-        column for column in velocities if column.time == (times[0] if after is None else after)
-    )
-    # Where noises are given, a velocity without one has zero, and is not used.
-    deviations = np.array([_noise(column.name, noise) for column in chosen])
-    chosen = tuple(column for column, sigma in zip(chosen, deviations, strict=True) if sigma > 0.0)
-    if not chosen:
-        raise StudyError(
-            f"--noise fits nothing that was measured; measured are "
-            f"{listed(column.name for column in velocities)}"
-        )
-    # A jump without a time is that of an impulse, on which stiffness has no effect.
-    stiff = [
-        one.subject for one in unknowns if one.kind.word in ("contact-stiffness", "contact-damping")
-    ]
-    if stiff and chosen[0].time is None:
-        raise StudyError(
-            f"{stiff[0]} changes the motion at a time after contact, and the table does not say "
-            f"when it was measured; name its "
-            "columns after6ms_… for 6 ms"
-        )
-    if scene.yields and chosen[0].time is None:
+    time = times[0] if after is None else after
+    return [column for column in velocities if column.time == time]
+
+
+def _refuse_stiffness(unknowns: Sequence[Variation], scene: Scene) -> None:
+    """Refuse a stiffness beside jumps without a time.
+
+    These are those of an impulse, on which stiffness has no effect.
+    """
+    for unknown in unknowns:
+        if unknown.kind.word in ("contact-stiffness", "contact-damping"):
+            raise StudyError(
+                f"{unknown.subject} changes the motion at a time after contact, and the table "
+                f"does not say when it was measured; name its columns after6ms_… for 6 ms"
+            )
+    if scene.yields:
         raise StudyError(
             "the scene gives a contact stiffness, which has an effect only on velocities at a time "
             "after contact, and the table "
             "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave "
             "the stiffness out"
         )
-    if not any(one.kind.changes_lengths for one in unknowns):  # only lengths decide how loops close
-        rows = RecordedLandings(robot, rows).closed
-    predictor = Predictor(rows, robot, unknowns, chosen)
-    return _identification(
-        fit_of(predictor, deviations[deviations > 0.0] if noise else None), scene
-    )
 
 
 def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
@@ -268,25 +289,25 @@ def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
             f"{subject} has no range; give LOW:HIGH, or LOW:HIGH:log, such as {subject}=0.1:1"
         )
     if subject == SCALE:
-        numbers = variation(robot, "friction", values)
-        one = Variation(
-            SCALE, Kind("scale", "-"), "before", "-", span=numbers.span, law=numbers.law
-        )
+        # The range is read as that of a friction.
+        of_range = variation(robot, "friction", values)
+        kind = Kind("scale", "-")
+        unknown = Variation(SCALE, kind, "before", "-", span=of_range.span, law=of_range.law)
     else:
-        one = variation(robot, subject, values)
-    if one.span is None or one.law == "normal":
+        unknown = variation(robot, subject, values)
+    if unknown.span is None or unknown.law == "normal":
         raise StudyError(
             f"{subject}={values} is no range; give LOW:HIGH, or LOW:HIGH:log, such as "
             f"{subject}=0.1:1"
         )
-    if not one.uncertain and subject != SCALE:
+    if not unknown.uncertain and subject != SCALE:
         raise StudyError(
             f"{subject} is of how the robot lands, which the table gives; unknown may be friction, "
             f"restitution, contact-stiffness, "
             f"armature:JOINTS, rotor:JOINTS, joint-stiffness:JOINTS, mass:LINK, com-x:LINK, "
             f"inertia:LINK, flex:LINK and {SCALE}"
         )
-    return one
+    return unknown
 
 
 def _noise(name: str, noise: Mapping[str, float] | None) -> float:
@@ -306,54 +327,55 @@ def _identification(fit: Fit, scene: Scene) -> Identification:
 
     Args: scene, as for `identify`.
     """
-    found = fitted_values(fit)
-    known, W = uncertainty(fit, found), found.mobilities
-    others = errors_left_out(fit, found, known.seen), errors_of_free_impulse(fit, found)
-    by_landing = dict(
-        zip(
-            ERRORS,
-            (fit.errors(W, fit.before), fit.errors(W, found.predicted), *others),
-            strict=True,
-        )
-    )
+    solution = fitted_values(fit)
+    known = uncertainty(fit, solution)
+    W = solution.mobilities
+    by_landing = {
+        "before": fit.errors(W, fit.before),
+        "after": fit.errors(W, solution.predicted),
+        "left out": errors_left_out(fit, solution, known.seen),
+        "free impulse": errors_of_free_impulse(fit, solution),
+    }
     errors = {name: float(np.median(values[fit.used])) for name, values in by_landing.items()}
-    if not (errors["after"] < errors["before"] or confirmed(fit, found)):
+    if not (errors["after"] < errors["before"] or confirmed(fit, solution)):
         known = unidentified(known)
-    fitted, robot = scene, fit.predictor.robot
-    for one in known.unknowns:
-        if one.variation.subject != SCALE:
-            fitted, robot = one.variation.applied(fitted, robot, one.value)
-    n = int(fit.used.sum())
+    robot = fit.predictor.robot
+    for unknown in known.unknowns:
+        if unknown.variation.subject != SCALE:
+            scene, robot = unknown.variation.applied(scene, robot, unknown.value)
     statements = (
         *of_errors(known, errors),
-        *of_unknowns(known, n),
+        *of_unknowns(known, int(fit.used.sum())),
         *of_control(fit),
-        *of_model(fit, found, errors),
+        *of_model(fit, solution, errors),
     )
     return Identification(
-        known.unknowns,
-        fitted,
-        robot,
-        fit.predictor,
-        fit.before,
-        found.predicted,
-        fit.used,
-        errors,
-        by_landing,
-        known.correlation,
-        known.singular,
-        statements,
-        found.predicted.messages,
-        cache(partial(_scan, fit, found)),
+        unknowns=known.unknowns,
+        scene=scene,
+        robot=robot,
+        predictor=fit.predictor,
+        before=fit.before,
+        after=solution.predicted,
+        used=fit.used,
+        errors=errors,
+        landing_errors=by_landing,
+        correlation=known.correlation,
+        singular=known.singular,
+        statements=statements,
+        messages=solution.predicted.messages,
+        scan=cache(partial(_scan, fit, solution)),
     )
 
 
-def _scan(fit: Fit, found: FittedValues, j: int) -> tuple[Array, Array]:
+def _scan(fit: Fit, solution: FittedValues, j: int) -> tuple[Array, Array]:
     """Values (m,) of an unknown over its range, and the median errors with them."""
-    shares = np.unique(np.append(np.linspace(0.0, 1.0, SCAN), found.u[j]))
-    points = [fit.values(np.where(np.arange(fit.p) == j, share, found.u)) for share in shares]
-    errors = [
-        float(np.median(fit.errors(found.mobilities, fit.predictor(values))[fit.used]))
-        for values in points
-    ]
-    return np.array([values[j] for values in points]), np.array(errors)
+    shares = np.unique(np.append(np.linspace(0.0, 1.0, SCAN), solution.u[j]))
+    values = np.empty(len(shares))
+    errors = np.empty(len(shares))
+    for k, share in enumerate(shares):
+        u = np.where(np.arange(fit.p) == j, share, solution.u)
+        at_share = fit.values(u)
+        values[k] = at_share[j]
+        by_landing = fit.errors(solution.mobilities, fit.predictor(at_share))
+        errors[k] = np.median(by_landing[fit.used])
+    return values, errors

@@ -111,41 +111,38 @@ def recorded_report(
 
 
 def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
-    rows, model = study.table, study.first.joint_model
+    rows = study.table
     yield "table", f"{table}: {count(study.rows, 'landing')}"
     yield robot_line(study.robot)
     yield "in the table", ", ".join(rows.given)
     yield "of the scene", ", ".join(rows.missing) or "nothing"
-    contacts = dict.fromkeys(
-        " + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved
-    )
+    contacts: dict[str, None] = {}
+    for landing in study.resolved:
+        frames = [contact.frame for contact in landing.scene.contact]
+        contacts[" + ".join(frames)] = None
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
-    mu = rows.friction[~np.isnan(rows.friction)]
-    if mu.size:
-        text = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
+    friction = rows.friction[~np.isnan(rows.friction)]
+    if friction.size:
+        text = " to ".join(dict.fromkeys(f"{x:g}" for x in (friction.min(), friction.max())))
         if rows.measured:
             text += "; measured jumps are compared with the motion with friction"
         yield "friction", text
-    yield (
-        "joint model",
-        f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name],
-    )
+    model = study.first.joint_model
+    drives = f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name]
+    yield "joint model", drives
 
 
 def _extents(landings: RecordedLandings, results: Table) -> Sheet:
     rows: list[Row] = []
     for column in _shown(results):
         values = results.columns[column.name]
-        known, worst = values[np.isfinite(values)], results.worst(1, column)
-        extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
-        rows.append(
-            (
-                column.name,
-                column.unit,
-                *extent,
-                str(landings.table.names[worst[0]]) if worst else None,
-            )
-        )
+        known = values[np.isfinite(values)]
+        extent = [None] * 4
+        if known.size:
+            extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist()
+        worst = results.worst(1, column)
+        name = str(landings.table.names[worst[0]]) if worst else None
+        rows.append((column.name, column.unit, *extent, name))
     percentile = Heading("percentile_95", "95 %")
     return Sheet(
         "quantities",
@@ -167,16 +164,17 @@ def _shown_rows(
     study: RecordedLandings, results: Table, order: Sequence[int], rank: Column | None
 ) -> Sheet:
     """The table of landings with the columns that people read."""
-    labels = ["landing" if name == "name" else name for name in study.table.labels]
-    if len(set(study.table.labels["contact"].tolist())) == 1:
-        labels.remove("contact")  # as the header says
-    names = (
-        *labels,
-        *(column.name for column in _shown(results)),
-        *["message"] * bool(results.messages),
-    )
+    keys = ["landing"]
+    # One contact is in the header.
+    several = len(set(study.table.labels["contact"].tolist())) > 1
+    for name in study.table.labels:
+        if name != "name" and (name != "contact" or several):
+            keys.append(name)
+    keys += [column.name for column in _shown(results)]
+    if results.messages:
+        keys.append("message")
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
-    return _rows(results, order).only(*names)._replace(title=title)
+    return _rows(results, order).only(*keys)._replace(title=title)
 
 
 def _shown(results: Table) -> list[Column]:
@@ -221,10 +219,11 @@ def _closing(
 ) -> Iterator[str]:
     columns = results.columns
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
-        by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
+        by = float(np.nanmax(columns[CLOSED_BY]))
+        rates_by = float(np.nanmax(columns[RATES_BY]))
         yield (
             f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), "
-            f"rates by {rates:.2g} rad/s (m/s)"
+            f"rates by {rates_by:.2g} rad/s (m/s)"
         )
     if len(results.messages) < study.rows:
         empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
@@ -232,33 +231,31 @@ def _closing(
     if study.first.scene.yields:
         yield LEFT_OUT
     # Of the rows without a proof in the table, those that were compared with one.
-    compared = columns["double_error"][
-        ~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])
-    ]
-    number = compared.size if any(column.shock for column in results.computed) else 0
-    yield from proof_lines(
-        int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed
-    )
+    proven = columns["proven"].astype(bool)
+    errors = columns["double_error"][~proven]
+    errors = errors[~np.isnan(errors)]
+    compared = errors.size if any(column.shock for column in results.computed) else 0
+    yield from proof_lines(int(proven.sum()), compared, errors.max(initial=0.0), results.computed)
     # A quantity that some landings lack; those without any value are named above.
     computed = np.array([i not in results.messages for i in range(study.rows)])
     for column in results.computed:
-        if (
-            0
-            < (missing := int(np.sum(np.isnan(columns[column.name]) & computed)))
-            < np.sum(computed)
-        ):
+        missing = int(np.sum(np.isnan(columns[column.name]) & computed))
+        if 0 < missing < np.sum(computed):
             why = column.selection.quantity.scope.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
-    refused = [(str(study.table.names[i]), text) for i, text in results.messages.items()]
-    failures = (
-        [(f"{row} ({model})", text) for model, row, text in validation.failures]
-        if validation
-        else []
-    )
-    for what, messages in (("computed", refused), ("predicted", failures)):
-        if messages:
-            yield f"not {what}: {count(len(messages), 'landing')}"
-            yield from (f"  {line}" for line in cause_lines(causes(messages), "landings", MESSAGES))
+    names = study.table.names
+    refused = [(str(names[i]), text) for i, text in results.messages.items()]
+    yield from _without_result("computed", refused)
+    if validation is not None:
+        failures = [(f"{row} ({model})", text) for model, row, text in validation.failures]
+        yield from _without_result("predicted", failures)
+
+
+def _without_result(verb: str, messages: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Lines on landings that were not computed, or not predicted, each with its message."""
+    if messages:
+        yield f"not {verb}: {count(len(messages), 'landing')}"
+        yield from (f"  {line}" for line in cause_lines(causes(messages), "landings", MESSAGES))
 
 
 def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
@@ -266,20 +263,22 @@ def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
 
     With friction these rows slide.
     """
-    (made,) = (
-        results.columns[column.name]
+    names = [
+        column.name
         for column in results.computed
         if column.selection.quantity.relations.role == "gain"
-    )
-    made = np.where(
-        np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0
-    )
-    if n := int(np.sum(made > 0.0)):
-        most, name = float(made.max()), study.table.names[int(made.argmax())]
+    ]
+    (name,) = names
+    gained = np.nan_to_num(results.columns[name])
+    if study.by_friction:
+        gained = np.where(np.isnan(study.table.friction), gained, 0.0)
+    n = int(np.sum(gained > 0.0))
+    if n:
+        worst = study.table.names[int(gained.argmax())]
         yield (
             f"warning: the impact would gain kinetic energy in {n} of "
-            f"{count(study.rows, 'landing')}, which is not feasible, at most {most:.3g} J in "
-            f"landing {name}; take less restitution, the same for all contacts, or "
+            f"{count(study.rows, 'landing')}, which is not feasible, at most {gained.max():.3g} J "
+            f"in landing {worst}; take less restitution, the same for all contacts, or "
             "--restitution-along directions"
         )
 

@@ -238,8 +238,11 @@ class TouchdownFinder:
         headings = list(rows[0]) if rows else ["name", "time", "contact"]
         if not any(landing.stance for landing in landings) and "stance" in headings:
             headings.remove("stance")
-        columns = {heading: np.array([row[heading] for row in rows]) for heading in headings}
-        units = {heading: _unit(self.motion.robot, heading) for heading in headings}
+        columns: dict[str, np.ndarray] = {}
+        units: dict[str, str] = {}
+        for heading in headings:
+            columns[heading] = np.array([row[heading] for row in rows])
+            units[heading] = _unit(self.motion.robot, heading)
         return Table((), columns, {}, label_units=units)
 
     def _warn_of_absent(self, absent: list[str], odometry: bool) -> None:
@@ -304,8 +307,9 @@ class TouchdownFinder:
 
     def _warn_of_noise(self, landings: list[Touchdown], window: float) -> None:
         """Warn of velocities of the base that are noisy compared with the falls."""
-        speeds = [speed for landing in landings for speed in landing.speeds if np.isfinite(speed)]
-        if not speeds or not np.isfinite(window):
+        speeds = np.array([speed for landing in landings for speed in landing.speeds])
+        speeds = speeds[np.isfinite(speeds)]
+        if not len(speeds) or not np.isfinite(window):
             return
         fall = np.median(speeds)
         sigma = self.motion.uncertainty("base", window)

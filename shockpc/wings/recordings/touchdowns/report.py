@@ -51,28 +51,25 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
 
 
 def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
-    time, segments = study.log.time, len(np.unique(study.log.segment))
-    yield (
-        "log",
-        (
-            f"{log}: {count(len(time), 'sample')} in {time[-1] - time[0]:.4g} s, "
-            f"{1.0 / np.median(np.diff(time)):.4g} a second"
-            + (f", in {segments} segments" if segments > 1 else "")
-        ),
+    time = study.log.time
+    segments = len(np.unique(study.log.segment))
+    text = (
+        f"{log}: {count(len(time), 'sample')} in {time[-1] - time[0]:.4g} s, "
+        f"{1.0 / np.median(np.diff(time)):.4g} a second"
     )
+    if segments > 1:
+        text += f", in {segments} segments"
+    yield "log", text
     yield robot_line(study.robot)
-    flagged = [f"{frame} by column {column}" for frame, column in study.flagged.items()]
-    kinks = (
-        [frame for frame in study.frames if frame not in study.flagged]
-        if study.heights is not None
-        else []
-    )
-    yield "contacts", few([*flagged, *([f"{few(kinks, 8)} by height"] if kinks else [])], 8)
-    windows = (
-        f"{part} {1e3 * window:.3g} ms"
-        for part, window in study.window.items()
-        if np.isfinite(window)
-    )
+    contacts = [f"{frame} by column {column}" for frame, column in study.flagged.items()]
+    by_height = [frame for frame in study.frames if frame not in study.flagged]
+    if study.heights is not None and by_height:
+        contacts.append(f"{few(by_height, 8)} by height")
+    yield "contacts", few(contacts, 8)
+    windows = []
+    for part, window in study.window.items():
+        if np.isfinite(window):
+            windows.append(f"{part} {1e3 * window:.3g} ms")
     yield "windows", ", ".join(windows) or "no velocities"
 
 
@@ -140,15 +137,15 @@ def _closing(study: Touchdowns) -> Iterator[str]:
 
 
 def _document(log: Path, study: Touchdowns) -> dict[str, Any]:
-    time = study.log.time
+    windows: dict[str, float | None] = {}
+    for part, window in study.window.items():
+        windows[part] = window if np.isfinite(window) else None
     return {
         "log": str(log),
         "robot": study.robot.name,
-        "samples": len(time),
+        "samples": len(study.log.time),
         "contacts": study.frames,
         "flags": dict(study.flagged),
-        "windows": {
-            part: window if np.isfinite(window) else None for part, window in study.window.items()
-        },
+        "windows": windows,
         "warnings": study.warnings,
     }
