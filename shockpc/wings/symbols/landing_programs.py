@@ -50,7 +50,7 @@ def has_symbols() -> bool:
 
 
 @frozen()
-class Compiled:
+class CompiledProgram:
     """A program, and the same as a function of CasADi, which is quicker where there are few rows.
 
     Attributes:
@@ -70,15 +70,15 @@ class Compiled:
     @functools.cached_property
     def function(self) -> Any:
         """The function."""
-        return symbols_module().function_from(self.text)
+        return functions_module().function_from(self.text)
 
 
 class Graph(NamedTuple):
     """Quantities to compute of a landing in any posture.
 
     Attributes:
-        landing: the landing; its posture is not used, and its motion not where it is given.
-        before: what is given of the motion before the impact.
+        landing: the landing; its posture is not used, and its motion only where no input gives it.
+        before: the input for the motion before the impact.
         formulas: what is computed.
         label: what they depend on beside the landing, such as names and places.
     """
@@ -89,38 +89,37 @@ class Graph(NamedTuple):
     label: tuple[Any, ...]
 
     @property
-    def given(self) -> int:
+    def before_size(self) -> int:
         """Number of inputs before the impact."""
         return 3 if self.before == "strike" else int(self.landing.robot.model.nv)
 
-    def values(self) -> Compiled:
+    def values(self) -> CompiledProgram:
         """Program from the configuration (nq,) and the motion before the impact to the numbers."""
-        return self._program("values", lambda symbols, y, q, before, robot: y)
+        return self._program("values", lambda y, q, before, robot: y)
 
-    def slopes(self) -> Compiled:
-        """Program of `values` with derivatives (m, nv + given).
+    def slopes(self) -> CompiledProgram:
+        """Program of `values` with derivatives (m, nv + before).
 
         They are by the tangent of q, in Pinocchio's layout, and by the motion before the impact.
         """
-        return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
+        return self._program("slopes", lambda *args: functions_module().with_slopes(*args))
 
-    def _program(self, name: str, outputs: Callable[..., Any]) -> Compiled:
+    def _program(self, name: str, outputs: Callable[..., Any]) -> CompiledProgram:
         def make() -> dict[str, np.ndarray]:
-            symbols = symbols_module()
             try:
-                q, before, y = symbols.traced(self.landing, self.given, self.formulas)
+                traced = symbols_module().traced(self.landing, self.before_size, self.formulas)
             except SingularError as singular:
                 raise singular_landing(self.landing, singular) from None
-            program, text = symbols.compiled(
-                (q, before), outputs(symbols, y, q, before, self.landing.robot)
-            )
+            q, before, y = traced
+            results = outputs(y, q, before, self.landing.robot)
+            program, text = functions_module().compiled((q, before), results)
             return {"text": np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays()}
 
-        arrays = kept(self.landing, (name, self.before, self.label), make)
-        return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
+        arrays = cached_arrays(self.landing, (name, self.before, self.label), make)
+        return CompiledProgram(Program.of(arrays), arrays["text"].tobytes().decode())
 
 
-def kept(
+def cached_arrays(
     landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, Any]]
 ) -> dict[str, np.ndarray]:
     """Arrays that are made of a landing, or were in an earlier run.
@@ -144,11 +143,9 @@ def kept(
 
 def singular_landing(landing: PosedLanding, singular: SingularError) -> Exception:
     """The error that says why a landing has no program."""
-    return (
-        without_inertia(landing, landing.equation(landing.state))
-        if singular.of_inertia
-        else _dependent(landing)
-    )
+    if singular.of_inertia:
+        return without_inertia(landing, landing.equation(landing.state))
+    return _dependent(landing)
 
 
 def symbols_module() -> Any:
@@ -157,11 +154,27 @@ def symbols_module() -> Any:
     Raises:
         StudyError: CasADi is not installed.
     """
-    if not has_symbols():
-        raise StudyError('symbols need the package "casadi"; install it with: pip install casadi')
+    _require_casadi()
     from shockpc.wings.symbols import symbols
 
     return symbols
+
+
+def functions_module() -> Any:
+    """The module of functions of CasADi.
+
+    Raises:
+        StudyError: CasADi is not installed.
+    """
+    _require_casadi()
+    from shockpc.wings.symbols import casadi_functions
+
+    return casadi_functions
+
+
+def _require_casadi() -> None:
+    if not has_symbols():
+        raise StudyError('symbols need the package "casadi"; install it with: pip install casadi')
 
 
 def refuse(landing: PosedLanding) -> None:
@@ -173,7 +186,7 @@ def refuse(landing: PosedLanding) -> None:
     """
     scene = landing.scene
     # A program is one sequence of operations: what decides, iterates or integrates has none.
-    for found, what, change in (
+    for applies, property_, change in (
         (
             landing.loops,
             "is closed by a loop, whose postures come from an assembly,",
@@ -200,30 +213,32 @@ def refuse(landing: PosedLanding) -> None:
             "correct them in the file",
         ),
     ):
-        if found:
+        if applies:
             raise SceneError(
-                f'a landing of robot "{landing.robot.name}" that {what} cannot be written in '
+                f'a landing of robot "{landing.robot.name}" that {property_} cannot be written in '
                 f"symbols; {change}"
             )
-    for block, posed in zip(landing.contacts + landing.stance, landing.constraints, strict=True):
-        if block.kind == "stop":
+    for constraint, posed in zip(
+        landing.contacts + landing.stance, landing.constraints, strict=True
+    ):
+        if constraint.kind == "stop":
             raise SceneError(
-                f"{block.name} cannot be written in symbols; name a frame as the contact",
-                constraints=[block.frame],
+                f"{constraint.name} cannot be written in symbols; name a frame as the contact",
+                constraints=[constraint.frame],
             )
         # The text gives the point of this posture as an offset, which leaves the landing as it is
         # here.
-        if block.lowest:
-            frame = landing.robot.frames[block.frame]
+        if constraint.lowest:
+            frame = landing.robot.frames[constraint.frame]
             offset = ",".join(
                 f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0
             )
             raise SceneError(
-                f"{block.name} touches with its lowest point, which jumps as postures change, so "
-                "it has no symbols; take the frame's origin (--contact-point frame), or the point "
+                f"{constraint.name} touches with its lowest point, which jumps as postures change, "
+                "so it has no symbols; take the frame's origin (--contact-point frame), or the point "
                 f"of this posture: --offset {offset}"
-                + (" --contact-kind flat" if len(block.moments) >= 2 else ""),
-                constraints=[block.frame],
+                + (" --contact-kind flat" if len(constraint.moments) >= 2 else ""),
+                constraints=[constraint.frame],
             )
     # Rows that depend on one another in three random postures do so in all.
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
@@ -233,16 +248,16 @@ def refuse(landing: PosedLanding) -> None:
     solution = solved(landing, dynamics(landing.robot, Q, landing.joint_model)).solution
     if not np.isfinite(solution.condition).any():
         raise without_inertia(landing, landing.equation(landing.state))
-    if solution.rank.max() < sum(block.size for block in landing.constraints):
+    if solution.rank.max() < sum(constraint.size for constraint in landing.constraints):
         raise _dependent(landing)
 
 
 def _dependent(landing: PosedLanding) -> SceneError:
-    names = [block.name for block in landing.constraints]
+    names = [constraint.name for constraint in landing.constraints]
     return SceneError(
         f"the rows of {', '.join(names)} are dependent in every posture, so they cannot be "
         "written in symbols; leave a direction or a contact out",
-        constraints=[block.frame for block in landing.constraints],
+        constraints=[constraint.frame for constraint in landing.constraints],
     )
 
 
@@ -250,16 +265,17 @@ def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
     """All that a program depends on: numbers and tree of the robot, and how it lands."""
     robot = landing.robot
     return (
-        *(
-            data_of(robot),
-            robot.joints,
-            robot.mimics,
-            robot.bodies,
-            repr(landing.scene),
-            landing.plane,
-            landing.up,
-        ),
-        *(landing.constraints, tuple(landing.joint_model), landing.before, repr(landing.pulse)),
+        data_of(robot),
+        robot.joints,
+        robot.mimics,
+        robot.bodies,
+        repr(landing.scene),
+        landing.plane,
+        landing.up,
+        landing.constraints,
+        tuple(landing.joint_model),
+        landing.before,
+        repr(landing.pulse),
     )
 
 
@@ -275,15 +291,15 @@ def _parts(value: Any) -> Iterator[bytes]:
         yield from _parts(tuple(value.items()))
     elif isinstance(value, tuple):
         yield f"({len(value)}".encode()
-        for one in value:
-            yield from _parts(one)
+        for part in value:
+            yield from _parts(part)
     else:
         yield repr(value).encode()
 
 
-def inputs_of(graph: Graph, Q: Array, before: Array) -> Array:
-    """Inputs (N, nq + given) of a graph's programs.
+def program_inputs(graph: Graph, Q: Array, before: Array) -> Array:
+    """Inputs (N, nq + before) of a graph's programs.
 
-    Args: Q (N, nq) configurations, before ([N,] given).
+    Args: Q (N, nq) configurations, before ([N,] before).
     """
-    return np.concatenate([Q, np.broadcast_to(before, (len(Q), graph.given))], axis=1)
+    return np.concatenate([Q, np.broadcast_to(before, (len(Q), graph.before_size))], axis=1)

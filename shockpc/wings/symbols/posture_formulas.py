@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import RowSpace
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
@@ -17,7 +18,12 @@ from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.wings.symbols.c_and_javascript import JAVASCRIPT, pieces
-from shockpc.wings.symbols.landing_programs import kept, refuse, singular_landing, symbols_module
+from shockpc.wings.symbols.landing_programs import (
+    cached_arrays,
+    refuse,
+    singular_landing,
+    symbols_module,
+)
 from shockpc.wings.symbols.programs import Program
 
 RANGE = np.pi
@@ -75,10 +81,10 @@ class LiveLanding(NamedTuple):
         parts = ",\n".join(
             "(x,s,t,out)=>{{\n{}\n}}".format(body.replace(";\nconst ", ",\n")) for body in bodies
         )
-        run = "for(const part of parts)part(...given)"
+        run = "for(const part of parts)part(...before_size)"
         return (
             f"(()=>{{const w=new Float64Array({slots}),parts=[\n{parts}];return "
-            f"(...given)=>{{{run}}}}})()"
+            f"(...before_size)=>{{{run}}}}})()"
         )
 
 
@@ -118,7 +124,7 @@ def live_landing(
     formulas = _PostureFormulas(landing, moved, boxes is not None)
     names = tuple(slider.name for slider in sliders)
     try:
-        arrays = kept(
+        arrays = cached_arrays(
             landing,
             ("live", names, boxes is None, landing.q),
             lambda: symbols.program(len(sliders) + 12, formulas).arrays(),
@@ -148,7 +154,7 @@ class _PostureFormulas:
         symbols = symbols_module()
         sliders = x[:-12]
         here = self._landing(sliders, x[-12:-9], x[-9:].reshape(3, 3))
-        rows = symbols.RowSpace.every(sum(constraint.size for constraint in here.constraints))
+        rows = RowSpace.every(sum(constraint.size for constraint in here.constraints))
         solution = symbols.SymbolSolution(here.posed, rows, self._data(sliders))
         impact = symbols.SymbolImpact(solution, here)
         yield impact.state.rotation

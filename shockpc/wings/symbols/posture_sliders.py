@@ -29,7 +29,9 @@ def posture_of(
     Args: drawn, surfaces of its bodies; joints, names or globs of those that have sliders besides.
     """
     boxes = np.array([_box(part.vertices) for part in drawn])
-    sensors = [one for k, place in enumerate(landing.points) for one in _sensor(place, boxes, k)]
+    sensors: list[dict[str, Any]] = []
+    for k, place in enumerate(landing.points):
+        sensors += _sensor(place, boxes, k)
     try:
         live = live_landing(landing, joints, boxes)
     except ShockError as refused:
@@ -55,16 +57,12 @@ def _limits(landing: PosedLanding, slider: Slider) -> tuple[float, float] | None
 
 
 def _note(landing: PosedLanding, live: LiveLanding) -> str:
-    masses = (
-        "a body's inertia is in proportion to its mass"
-        if any(one.kind == "mass" for one in live.sliders)
-        else ""
-    )
-    first = "the contact is the first one" if len(landing.contacts) > 1 else ""
-    extra = "; ".join(filter(None, (masses, first)))
-    return "The posture of the scene is exact; others are computed in double precision" + (
-        f"; {extra}." if extra else "."
-    )
+    parts = ["The posture of the scene is exact; others are computed in double precision"]
+    if any(slider.kind == "mass" for slider in live.sliders):
+        parts.append("a body's inertia is in proportion to its mass")
+    if len(landing.contacts) > 1:
+        parts.append("the contact is the first one")
+    return "; ".join(parts) + "."
 
 
 def _box(vertices: Array) -> Array:

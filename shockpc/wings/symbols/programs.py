@@ -87,22 +87,25 @@ class Program:
 
         Memory beside the result does not grow with N.
         """
-        n, plan = len(X), self._plan
+        n = len(X)
+        plan = self._plan
         size = min(BLOCK, n)
         out = np.empty((n, len(self.outputs)))
         read = np.empty((self.inputs, size))
         registers = np.empty((plan.registers, size))
         # A single number is repeated by NumPy, which leaves the cache to what differs between rows.
         rows = [*read, *self.constants[:, None], *registers]
-        steps = [(function, [rows[place] for place in places]) for function, places in plan.steps]
+        steps = []
+        for function, places in plan.steps:
+            steps.append((function, [rows[place] for place in places]))
+        results = [rows[place] for place in plan.outputs]
         with np.errstate(all="ignore"):
             for k in range(0, n, BLOCK):
                 part = X[k : k + BLOCK]
                 read[:, : len(part)] = part.T
                 for function, operands in steps:
                     function(*operands)
-                for column, place in zip(out[k : k + BLOCK].T, plan.outputs, strict=True):
-                    row = rows[place]
+                for column, row in zip(out[k : k + BLOCK].T, results, strict=True):
                     column[:] = row[: len(part)] if len(row) == size else row
         return out
 

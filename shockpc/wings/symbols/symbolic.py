@@ -25,7 +25,13 @@ from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.display import brief
 from shockpc.text.errors import SceneError, StudyError
-from shockpc.wings.symbols.landing_programs import Before, Graph, inputs_of, refuse, symbols_module
+from shockpc.wings.symbols.landing_programs import (
+    Before,
+    Graph,
+    functions_module,
+    program_inputs,
+    refuse,
+)
 from shockpc.wings.symbols.programs import Program
 
 ACCURACY = ("condition", "pivot")
@@ -43,7 +49,7 @@ class SymbolicLanding:
         landing: the landing; its posture is not used.
         quantities: KEY@PLACE of what is computed, as `shockpc quantities` lists them; without
             places at all of its kind.
-        before: what is given of the motion before the impact: "strike", the velocity of the base
+        before: the input for the motion before the impact: "strike", the velocity of the base
             (3,) in world axes, or "velocity", that of all joints (nv,) in Pinocchio's layout.
 
     Attributes:
@@ -61,12 +67,12 @@ class SymbolicLanding:
     def __init__(
         self, landing: PosedLanding, quantities: Sequence[str], before: Before = "strike"
     ) -> None:
-        self.landing, self.before = landing, before
-        self.columns = tuple(
-            {
-                column.name: column for text in quantities for column in _columns(landing, text)
-            }.values()
-        )
+        self.landing = landing
+        self.before = before
+        columns: dict[str, Column] = {}
+        for text in quantities:
+            columns |= {column.name: column for column in _columns(landing, text)}
+        self.columns = tuple(columns.values())
         if not self.columns:
             raise StudyError(
                 f"{', '.join(quantities) or 'nothing'} has no number in this landing; name one, "
@@ -132,11 +138,11 @@ class SymbolicLanding:
 
         They are by the tangent of q and by the motion before the impact.
         """
-        found, m = self._slope()(self._inputs(Q, before)), sum(map(self._size, self.columns))
+        rows = self._slope()(self._inputs(Q, before))
+        m = sum(map(self._size, self.columns))
         names = self.names[: len(self.columns)]
-        return self._named(found[:, :m], names), self._named(
-            found[:, m:].reshape(len(found), m, -1), names
-        )
+        derivatives = rows[:, m:].reshape(len(rows), m, -1)
+        return self._named(rows[:, :m], names), self._named(derivatives, names)
 
     def casadi(self) -> Any:
         """The function of CasADi: of q and what is before the impact, the outputs by name.
@@ -144,16 +150,17 @@ class SymbolicLanding:
         Raises:
             StudyError: two outputs have the same name in code, or CasADi is not installed.
         """
-        ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
-        parts = {
-            name: slice(a, b)
-            for name, a, b in zip(identifiers(self.names), ends[:-1], ends[1:], strict=True)
-        }
-        inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
-        return symbols_module().function_of(self._value.text, inputs, parts)
+        outputs: dict[str, slice] = {}
+        start = 0
+        sizes = [*map(self._size, self.columns), 1, 1]
+        for name, size in zip(identifiers(self.names), sizes, strict=True):
+            outputs[name] = slice(start, start + size)
+            start += size
+        inputs = {"q": self.landing.robot.model.nq, self.before: self._values.before_size}
+        return functions_module().function_of(self._value.text, inputs, outputs)
 
     def _numbers(self, impact: Impact) -> list[Any]:
-        found = []
+        numbers = []
         for column in self.columns:
             entry, axis = column.selection.quantity, column.selection.axis
             try:
@@ -161,15 +168,14 @@ class SymbolicLanding:
             except NoValueError:
                 raise _refused(column.selection) from None
             if any(isinstance(part, float) and math.isnan(part) for part in np.ravel(value)):
-                raise StudyError(
-                    f"{column.name} has no value in this "
-                    f"landing{f': {entry.scope.missing}' if entry.scope.missing else ''}"
-                )
-            found.append(value if axis is None else value[axis])
-        return found
+                reason = f": {entry.scope.missing}" if entry.scope.missing else ""
+                raise StudyError(f"{column.name} has no value in this landing{reason}")
+            numbers.append(value if axis is None else value[axis])
+        return numbers
 
     def _inputs(self, Q: Any, before: Any) -> Array:
-        robot, given = self.landing.robot, self._values.given
+        robot = self.landing.robot
+        size = self._values.before_size
         Q = doubles("Q", Q)
         if Q.ndim != 2 or Q.shape[1] != robot.model.nq or not len(Q):
             raise SceneError(
@@ -178,9 +184,9 @@ class SymbolicLanding:
             )
         check_rotations(robot, Q)
         v = self._motion() if before is None else doubles(self.before, before)
-        if v.shape not in ((given,), (len(Q), given)):
+        if v.shape not in ((size,), (len(Q), size)):
             raise SceneError(
-                f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with "
+                f"{self.before} has shape {v.shape}; give ({size},), or ({len(Q)}, {size}) with "
                 "a row for each posture"
             )
         if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
@@ -189,7 +195,7 @@ class SymbolicLanding:
                 f"{self.before} is zero {row}before the impact, so there is no impact; give a "
                 "velocity above zero"
             )
-        return inputs_of(self._values, Q, v)
+        return program_inputs(self._values, Q, v)
 
     def _motion(self) -> Array:
         motion = self.landing.before
@@ -202,11 +208,12 @@ class SymbolicLanding:
 
     def _named(self, rows: Array, names: Sequence[str]) -> dict[str, Array]:
         """Columns of rows (N, m, ...) by name."""
-        sizes, found, k = [*map(self._size, self.columns), 1, 1], {}, 0
-        for name, size in zip(names, sizes, strict=False):
-            found[name] = rows[:, k] if size == 1 else rows[:, k : k + size]
+        named: dict[str, Array] = {}
+        k = 0
+        for name, size in zip(names, [*map(self._size, self.columns), 1, 1], strict=False):
+            named[name] = rows[:, k] if size == 1 else rows[:, k : k + size]
             k += size
-        return found
+        return named
 
 
 @checked

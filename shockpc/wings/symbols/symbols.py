@@ -1,15 +1,13 @@
-"""Symbols (CasADi's expression graphs): an impact in them, for any posture.
+"""An impact in symbols, for any posture.
 
-The only importer of CasADi.
-
-A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in
+A formula that needs the value of a symbol, to compare it or to round it, cannot be written in
 symbols: `NoValueError`.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cached_property, reduce
-from typing import Any, Literal, NoReturn, Self
+from typing import Any, Self
 
 import casadi
 import numpy as np
@@ -22,193 +20,11 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.method.approach import Motion
 from shockpc.method.constraints import row_terms
-from shockpc.method.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
+from shockpc.method.exact.arithmetic import NoValueError, Numbers, entries
 from shockpc.method.exact.solution import ExactSolution
-from shockpc.robot.robot import Robot
-from shockpc.wings.symbols.programs import OPERATIONS, Program
-
-
-class Symbol:
-    """A number as an expression of the inputs."""
-
-    __slots__ = ("e",)
-
-    def __init__(self, value: Any = 0) -> None:
-        self.e = _expression(value)
-
-    def __add__(self, other: Any) -> "Symbol":
-        return Symbol(self.e + _plain(other))
-
-    def __sub__(self, other: Any) -> "Symbol":
-        return Symbol(self.e - _plain(other))
-
-    def __rsub__(self, other: Any) -> "Symbol":
-        return Symbol(_plain(other) - self.e)
-
-    def __mul__(self, other: Any) -> "Symbol":
-        return Symbol(self.e * _plain(other))
-
-    def __truediv__(self, other: Any) -> "Symbol":
-        return Symbol(self.e / _plain(other))
-
-    def __rtruediv__(self, other: Any) -> "Symbol":
-        return Symbol(_plain(other) / self.e)
-
-    def __pow__(self, exponent: int) -> "Symbol":
-        return Symbol(self.e**exponent)
-
-    def __neg__(self) -> "Symbol":
-        return Symbol(-self.e)
-
-    def __abs__(self) -> "Symbol":
-        return Symbol(casadi.fabs(self.e))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def sqrt(self) -> "Symbol":
-        """The square root."""
-        return Symbol(casadi.sqrt(self.e))
-
-    def sin_cos(self) -> "tuple[Symbol, Symbol]":
-        """The sine and the cosine."""
-        return Symbol(casadi.sin(self.e)), Symbol(casadi.cos(self.e))
-
-    def nonnegative_part(self) -> "Symbol":
-        """Itself."""
-        return self
-
-    def max(self, other: Any) -> "Symbol":
-        """The larger of two."""
-        return Symbol(casadi.fmax(self.e, _plain(other)))
-
-    def __bool__(self) -> bool:
-        """True if it is not zero, as far as that is known without its value."""
-        return not self.e.is_zero()
-
-    def __float__(self) -> float:
-        if not self.e.is_constant():
-            raise NoValueError
-        return float(self.e)
-
-    def _compare(self, other: object) -> NoReturn:
-        raise NoValueError
-
-    __lt__ = __le__ = __gt__ = __ge__ = _compare
-
-
-def _plain(value: Any) -> Any:
-    return value.e if isinstance(value, Symbol) else value
-
-
-def _expression(value: Any) -> casadi.SX:
-    plain = _plain(value)
-    return plain if isinstance(plain, casadi.SX) else casadi.SX(plain)
-
-
-class SymbolMatrix:
-    """A matrix of expressions, with the operations of python-flint's `arb_mat`.
-
-    They are those that the exact path uses; zeros take no operations.
-
-    Args:
-        shape: (n, m) of zeros, (n, m, entries), the rows, or a matrix of CasADi.
-    """
-
-    __slots__ = ("m",)
-
-    def __init__(self, *shape: Any) -> None:
-        if isinstance(shape[0], casadi.SX):
-            self.m = shape[0]
-            return
-        if len(shape) == 1:
-            rows = shape[0]
-            shape = (
-                len(rows),
-                len(rows[0]) if len(rows) else 0,
-                [value for row in rows for value in row],
-            )
-        n, m, *values = shape
-        self.m = casadi.SX(n, m)
-        for k, value in enumerate(values[0] if values else ()):
-            plain = _plain(value)
-            if not (plain.is_zero() if isinstance(plain, casadi.SX) else plain == 0):
-                self.m[k // m, k % m] = plain
-
-    def __add__(self, other: "SymbolMatrix") -> "SymbolMatrix":
-        return SymbolMatrix(self.m + other.m)
-
-    def __sub__(self, other: "SymbolMatrix") -> "SymbolMatrix":
-        return SymbolMatrix(self.m - other.m)
-
-    def __neg__(self) -> "SymbolMatrix":
-        return SymbolMatrix(-self.m)
-
-    def __mul__(self, other: Any) -> "SymbolMatrix":
-        if not isinstance(other, SymbolMatrix):
-            return SymbolMatrix(casadi.sparsify(self.m * _plain(other)))
-        if not self.m.shape[1]:
-            return SymbolMatrix(self.m.shape[0], other.m.shape[1])
-        return SymbolMatrix(casadi.sparsify(self.m @ other.m))
-
-    def __truediv__(self, other: Any) -> "SymbolMatrix":
-        return SymbolMatrix(self.m / _plain(other))
-
-    def __getitem__(self, place: Any) -> Symbol:
-        return Symbol(self.m[place])
-
-    def __setitem__(self, place: Any, value: Any) -> None:
-        self.m[place] = _plain(value)
-
-    def nrows(self) -> int:
-        """Number of rows."""
-        return int(self.m.shape[0])
-
-    def ncols(self) -> int:
-        """Number of columns."""
-        return int(self.m.shape[1])
-
-    def transpose(self) -> "SymbolMatrix":
-        """The transpose."""
-        return SymbolMatrix(self.m.T)
-
-    def table(self) -> list[list[Symbol]]:
-        """The rows."""
-        n, m = self.m.shape
-        return [[Symbol(self.m[i, k]) for k in range(m)] for i in range(n)]
-
-    def entries(self) -> list[Symbol]:
-        """The entries, row after row."""
-        return [value for row in self.table() for value in row]
-
-    def solve(self, right: "SymbolMatrix", /, *, algorithm: Literal["lu"]) -> "SymbolMatrix":
-        """The solution X of A X = right by elimination in the order of the rows.
-
-        This suits a positive definite A.
-
-        Raises:
-            ZeroDivisionError: a pivot is zero in every posture.
-        """
-        del algorithm
-        A, X, n = casadi.SX(self.m), casadi.SX(right.m), self.m.shape[0]
-        for k in range(n):
-            if A[k, k].is_zero():
-                raise ZeroDivisionError
-            for i in range(k + 1, n):
-                if not A[i, k].is_zero():
-                    by = A[i, k] / A[k, k]
-                    A[i, k:], X[i, :] = A[i, k:] - by * A[k, k:], X[i, :] - by * X[k, :]
-        for k in range(n - 1, -1, -1):
-            for i in range(k + 1, n):
-                if not A[k, i].is_zero():
-                    X[k, :] = X[k, :] - A[k, i] * X[i, :]
-            X[k, :] = X[k, :] / A[k, k]
-        return SymbolMatrix(casadi.sparsify(X))
-
-
-SYMBOLS = Arithmetic(
-    Symbol, SymbolMatrix, lambda M: SymbolMatrix(casadi.triu2symm(casadi.triu(M.m)))
-)
-"""The arithmetic of symbols."""
+from shockpc.wings.symbols.casadi_functions import compiled
+from shockpc.wings.symbols.expressions import SYMBOLS, Symbol, SymbolMatrix, densified, symbols_of
+from shockpc.wings.symbols.programs import Program
 
 
 class SymbolSolution(ExactSolution):
@@ -366,8 +182,8 @@ class SymbolImpact(ExactImpact):
                 posture.
         """
         rows = RowSpace.every(sum(block.size for block in landing.constraints))
-        solution = SymbolSolution(landing.posed._replace(q=_symbols(q)), rows)
-        solution.set_motion(_symbols(before))
+        solution = SymbolSolution(landing.posed._replace(q=symbols_of(q)), rows)
+        solution.set_motion(symbols_of(before))
         moving = replace(landing, q=solution.posed.q, before=solution.before or landing.before)
         return cls(solution, moving)
 
@@ -406,42 +222,6 @@ def _least(values: Iterable[Symbol]) -> Symbol:
     return -_greatest(-value for value in values)
 
 
-def tangent(robot: Robot, q: casadi.SX) -> casadi.SX:
-    """The derivatives (nq, nv) of a configuration by its tangent, Pinocchio's layout.
-
-    Args: q (nq,).
-    """
-    T = casadi.SX(robot.model.nq, robot.model.nv)
-    for joint in robot.single_joints:
-        at, v = q[joint.q], joint.v
-        if joint.kind in ("revolute", "prismatic"):
-            T[joint.q.start, v.start] = 1.0
-            continue
-        if joint.kind == "continuous":
-            T[joint.q, v] = casadi.vertcat(-at[1], at[0])
-            continue
-        if joint.kind == "planar":
-            x, y = at[2], at[3]
-            T[joint.q, v] = casadi.blockcat([[x, -y, 0], [y, x, 0], [0, 0, -y], [0, 0, x]])
-            continue
-        x, y, z, w = casadi.vertsplit(at[-4:])
-        turns = slice(v.stop - 3, v.stop)
-        T[joint.q.stop - 4 : joint.q.stop, turns] = (
-            casadi.blockcat([[w, -z, y], [z, w, -x], [-y, x, w], [-x, -y, -z]]) / 2
-        )
-        if joint.kind == "free":
-            T[joint.q.start : joint.q.start + 3, v.start : v.start + 3] = SYMBOLS.rotation(
-                [x, y, z, w]
-            ).m
-    return T
-
-
-def _symbols(vector: casadi.SX) -> Numbers:
-    out = np.empty(vector.shape[0], dtype=object)
-    out[:] = [Symbol(vector[k]) for k in range(vector.shape[0])]
-    return out
-
-
 def traced(
     landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]
 ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
@@ -453,120 +233,10 @@ def traced(
         SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
     """
     q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
-    return q, before, _densified(formulas(SymbolImpact.of(landing, q, before)))
+    return q, before, densified(formulas(SymbolImpact.of(landing, q, before)))
 
 
 def program(n: int, formulas: Callable[[Numbers], Iterable[Any]]) -> Program:
     """The steps that arrays of formulas take of n numbers. Raises: as `traced`."""
     x = casadi.SX.sym("x", n)
-    return compiled([x], _densified(formulas(_symbols(x))))[0]
-
-
-def _densified(arrays: Iterable[Any]) -> casadi.SX:
-    """The entries of arrays, one after another."""
-    found = [value for part in arrays for value in np.asarray(part, dtype=object).ravel()]
-    return casadi.densify(casadi.vertcat(*map(_expression, found)))
-
-
-def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
-    """Numbers (m,), then their derivatives (m, nv + given), row after row.
-
-    They are by the tangent of q and by the motion before the impact.
-    """
-    slopes = casadi.horzcat(casadi.jacobian(y, q) @ tangent(robot, q), casadi.jacobian(y, before))
-    return casadi.densify(casadi.vertcat(y, casadi.vec(slopes.T)))
-
-
-NAMES = {
-    casadi.OP_ADD: "add",
-    casadi.OP_SUB: "subtract",
-    casadi.OP_MUL: "multiply",
-    casadi.OP_DIV: "divide",
-    casadi.OP_FMAX: "maximum",
-    casadi.OP_FMIN: "minimum",
-    casadi.OP_LT: "less",
-    casadi.OP_LE: "less_equal",
-    casadi.OP_NEG: "negative",
-    casadi.OP_INV: "reciprocal",
-    casadi.OP_SQRT: "sqrt",
-    casadi.OP_SIN: "sin",
-    casadi.OP_COS: "cos",
-    casadi.OP_FABS: "absolute",
-    casadi.OP_SIGN: "sign",
-    casadi.OP_NOT: "not",
-    casadi.OP_SQ: "multiply",
-    casadi.OP_TWICE: "add",  # of a value with itself
-}
-"""Operations of a program by CasADi's numbers."""
-
-
-def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
-    """The steps from vectors of inputs to one of outputs, and the text of their function.
-
-    The inputs follow one another, and each expression is computed once.
-    """
-    function = casadi.Function("landing", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
-    return program_of(function), function.serialize()
-
-
-def program_of(function: casadi.Function) -> Program:
-    """The steps of a function of one vector."""
-    numbers = {name: k for k, name in enumerate(OPERATIONS)}
-    n = function.numel_in(0)
-    steps = [
-        (function.instruction_id(k), function.instruction_output(k), function.instruction_input(k))
-        for k in range(function.n_instructions())
-    ]
-    # By their digits, because NaN is not equal to itself.
-    texts = [
-        float(function.instruction_constant(k)).hex()
-        for k, (operation, *_) in enumerate(steps)
-        if operation == casadi.OP_CONST
-    ]
-    constants = {text: n + k for k, text in enumerate(dict.fromkeys(texts))}
-
-    # CasADi writes its registers again and again; each value of a program has a number of its own:
-    # inputs first, then constants, then results of operations.
-    unread = iter(texts)
-    register: dict[int, int] = {}
-    operations: list[int] = []
-    operands: list[tuple[int, int]] = []
-    results = [0] * function.numel_out(0)
-    for operation, to, of in steps:
-        if operation == casadi.OP_CONST:
-            register[to[0]] = constants[next(unread)]
-        elif operation == casadi.OP_INPUT:
-            register[to[0]] = of[1]
-        elif operation == casadi.OP_OUTPUT:
-            results[to[1]] = register[of[0]]
-        else:
-            operands.append((register[of[0]], register[of[-1]]))
-            register[to[0]] = n + len(constants) + len(operations)
-            operations.append(numbers[NAMES[operation]])
-    return Program(
-        n,
-        np.array([float.fromhex(text) for text in constants], dtype=float),
-        np.array(operations, dtype=np.uint8),
-        np.array(operands, dtype=np.int32).reshape(-1, 2),
-        np.array(results, dtype=np.int32),
-    )
-
-
-def function_from(text: str) -> Callable[[Array], Any]:
-    """The function of which this is the text, of arrays (n, N) with N columns."""
-    function = casadi.Function.deserialize(text)
-    return lambda columns: function(columns).full()
-
-
-def function_of(
-    text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]
-) -> casadi.Function:
-    """A function by its text.
-
-    Args: inputs, sizes of the vectors that its input is made of; outputs, places among its outputs.
-    """
-    vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
-    rows = casadi.Function.deserialize(text)(casadi.vertcat(*vectors))
-    return casadi.Function(
-        "landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs]
-    )
+    return compiled([x], densified(formulas(symbols_of(x))))[0]

@@ -29,9 +29,10 @@ from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.quantities.selection import QUANTITIES, WITHOUT_SYMBOLS
 from shockpc.text.cache import cache_folder
+from shockpc.wings.symbols.casadi_functions import compiled
 from shockpc.wings.symbols.programs import OPERATIONS, Program
 from shockpc.wings.symbols.symbolic import SymbolicLanding
-from shockpc.wings.symbols.symbols import SymbolImpact, compiled
+from shockpc.wings.symbols.symbols import SymbolImpact
 
 MOVING = Strike(
     strike_angle_deg=20.0, angular_velocity=(0.2, -0.4, 0.1), joint_velocities={"LF_KFE": 1.5}

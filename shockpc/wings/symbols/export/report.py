@@ -8,7 +8,7 @@ from typing import Any
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.show.report import Report
-from shockpc.show.tables import Lines, Sheet
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.text.printed import count
 from shockpc.wings.symbols.export.study import RUNS, Export
 
@@ -75,15 +75,11 @@ def _outputs(study: Export) -> Sheet:
 
 
 def _inputs(study: Export) -> Sheet:
-    rows: list[tuple[Any, ...]] = [
-        (
-            f"q[{k}]",
-            joint,
-            unit,
-            *(limit if math.isfinite(limit) else None for limit in (low, high)),
-        )
-        for k, (joint, unit, low, high) in enumerate(study.joints)
-    ]
+    rows: list[Row] = []
+    for k, (joint, unit, low, high) in enumerate(study.joints):
+        minimum = low if math.isfinite(low) else None
+        maximum = high if math.isfinite(high) else None
+        rows.append((f"q[{k}]", joint, unit, minimum, maximum))
     return Sheet("Configuration", ("input", "joint", "unit", "minimum", "maximum"), rows)
 
 

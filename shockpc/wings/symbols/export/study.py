@@ -171,51 +171,49 @@ def export(
 
 def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
     """Outputs of a landing in symbols, as `Export.outputs`."""
-    found: list[tuple[str, str, str]] = []
+    outputs: list[tuple[str, str, str]] = []
     for column in symbols.columns:
-        for axis in (
-            "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",)
-        ):
-            found.append(
-                (
-                    column.name + (f".{axis}" if axis else ""),
-                    f"{column.title} {axis}".strip(),
-                    column.unit,
-                )
-            )
-    about = ("factor by which rounding is enlarged", "smallest pivot of the contact rows")
-    found += [(name, title, "-") for name, title in zip(ACCURACY, about, strict=True)]
-    names = identifiers([name for name, _, _ in found])
-    return [(name, title, unit) for name, (_, title, unit) in zip(names, found, strict=True)]
+        selection = column.selection
+        if selection.quantity.vector and selection.axis is None:
+            for axis in "xyz":
+                outputs.append((f"{column.name}.{axis}", f"{column.title} {axis}", column.unit))
+        else:
+            outputs.append((column.name, column.title, column.unit))
+    titles = ("factor by which rounding is enlarged", "smallest pivot of the contact rows")
+    outputs += [(name, title, "-") for name, title in zip(ACCURACY, titles, strict=True)]
+    names = identifiers([name for name, _, _ in outputs])
+    return [(name, title, unit) for name, (_, title, unit) in zip(names, outputs, strict=True)]
+
+
+QUATERNION = ("quaternion x", "quaternion y", "quaternion z", "quaternion w")
+
+COORDINATES = {
+    "free": (("x", "y", "z", *QUATERNION), ("m", "m", "m", "1", "1", "1", "1")),
+    "ball": (QUATERNION, ("1", "1", "1", "1")),
+    "planar": (("x", "y", "cosine", "sine"), ("m", "m", "1", "1")),
+    "continuous": (("cosine", "sine"), ("1", "1")),
+}
+"""Names and units of the coordinates of joints that have several, by kind."""
 
 
 def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
     """Coordinates of a robot, as `Export.joints`."""
-    found = []
+    coordinates: list[tuple[str, str, float, float]] = []
     for joint in robot.single_joints:
-        names, unit = {
-            "free": (
-                ("x", "y", "z", "quaternion x", "quaternion y", "quaternion z", "quaternion w"),
-                "m m m 1 1 1 1",
-            ),
-            "ball": (("quaternion x", "quaternion y", "quaternion z", "quaternion w"), "1 1 1 1"),
-            "planar": (("x", "y", "cosine", "sine"), "m m 1 1"),
-            "continuous": (("cosine", "sine"), "1 1"),
-        }.get(joint.kind, (("",), joint.unit))
-        low, high = joint.limits if len(names) == 1 else (-np.inf, np.inf)
-        found += [
-            (f"{joint.name} {name}".strip(), one, low, high)
-            for name, one in zip(names, unit.split(), strict=True)
-        ]
-    return found
+        if joint.kind not in COORDINATES:
+            coordinates.append((joint.name, joint.unit, *joint.limits))
+            continue
+        for name, unit in zip(*COORDINATES[joint.kind], strict=True):
+            coordinates.append((f"{joint.name} {name}", unit, -np.inf, np.inf))
+    return coordinates
 
 
 def _about(symbols: SymbolicLanding) -> list[str]:
     """Lines that say what the code is of, and what its inputs and outputs mean."""
     import shockpc
 
-    landing, given = symbols.landing, symbols.before
-    contacts = ", ".join(block.name for block in (*landing.contacts, *landing.stance))
+    landing = symbols.landing
+    contacts = ", ".join(contact.name for contact in (*landing.contacts, *landing.stance))
     lines = [
         f"shockpc {shockpc.__version__}: a landing of robot {landing.robot.name}, {contacts}, "
         f"base {landing.base}.",
@@ -224,11 +222,11 @@ def _about(symbols: SymbolicLanding) -> list[str]:
         "Inputs: q, the configuration in Pinocchio's layout",
     ]
     for k, (name, unit, low, high) in enumerate(coordinates_of(landing.robot)):
-        lines.append(
-            f"  q[{k}] {name} [{unit}]"
-            + (f", {low:.6g} to {high:.6g}" if np.isfinite([low, high]).all() else "")
-        )
-    if given == "strike":
+        line = f"  q[{k}] {name} [{unit}]"
+        if np.isfinite([low, high]).all():
+            line += f", {low:.6g} to {high:.6g}"
+        lines.append(line)
+    if symbols.before == "strike":
         lines.append("  strike[3] velocity of the base before the impact, world axes [m/s]")
     else:
         lines.append(
@@ -236,21 +234,27 @@ def _about(symbols: SymbolicLanding) -> list[str]:
             "[m/s, rad/s]"
         )
     lines += ["", "Outputs:"]
-    lines += [
-        f"  out[{k}] {name}: {title} [{unit}]"
-        for k, (name, title, unit) in enumerate(outputs_of(symbols))
-    ]
-    return ["".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
+    for k, (name, title, unit) in enumerate(outputs_of(symbols)):
+        lines.append(f"  out[{k}] {name}: {title} [{unit}]")
+    return list(map(_printable, lines))
+
+
+def _printable(line: str) -> str:
+    """A line with a question mark for each character that cannot be printed."""
+    return "".join(letter if letter.isprintable() else "?" for letter in line)
 
 
 def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
     """Random postures with what is proven there; and how many were left out."""
-    landing, rng = symbols.landing, np.random.default_rng(0)
-    robot, tried, inputs, exact = symbols.landing.robot, 0, list[Array](), list[Array]()
+    landing = symbols.landing
+    rng = np.random.default_rng(0)
+    tried = 0
+    inputs: list[Array] = []
+    exact: list[Array] = []
     while len(inputs) < n and tried < 3 * n + 20:
         tried += 1
-        q, motion, given = _random(landing, symbols.before, rng)
-        x = np.concatenate([q, given])
+        q, motion, before = _random(landing, symbols.before, rng)
+        x = np.concatenate([q, before])
         if not symbols.program(x[None])[0, -2] < ILL_CONDITIONED:
             continue
         try:
@@ -266,12 +270,12 @@ def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
         exact.append(np.concatenate(numbers))
     if not inputs:
         raise StudyError(
-            f'no random posture of robot "{robot.name}" has a landing to compare the code with'
+            f'no random posture of robot "{landing.robot.name}" has a landing to compare the code '
+            "with"
         )
     size = np.median(np.abs(exact), axis=0)
-    return Samples(np.array(inputs), np.array(exact), np.where(size > 0.0, size, 1.0)), tried - len(
-        inputs
-    )
+    size = np.where(size > 0.0, size, 1.0)
+    return Samples(np.array(inputs), np.array(exact), size), tried - len(inputs)
 
 
 def _number(column: Column, value: Array) -> Array:
