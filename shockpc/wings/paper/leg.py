@@ -123,14 +123,13 @@ def _in_front(**how: Any) -> float:
     },
 )
 def _rise(on_line: bool = False, **how: Any) -> float:
-    ratios = []
+    ratios: list[float] = []
     for profile in _shown(**how):
-        at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
-        shock = [
-            on_its_line if on_line else at_com[body]
-            for body, on_its_line in largest(profile).items()
-        ]
-        ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
+        shock = largest(profile)
+        if not on_line:
+            at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
+            shock = {body: at_com[body] for body in shock}
+        ratios += [upper / lower for lower, upper in itertools.pairwise(shock.values())]
     return max(ratios)
 
 

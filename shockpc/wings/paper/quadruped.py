@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc import Joints, ShockProfile
+from shockpc.core.spatial import Array
 from shockpc.wings.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.wings.paper.panel_landings import along, land
 
@@ -130,19 +131,20 @@ def _back_over_front(**how: Any) -> float:
 def _without_front(places: Sequence[str] = PLACES) -> float:
     changes = []
     for angle in ANGLES:
-        shocks = []
-        for profile in (quadruped(angle), quadruped(angle, front_leg=False)):
-            lower, upper, torso = (
-                along(profile, body, 21) for body in ("hind_lower_leg", "hind_upper_leg", "torso")
-            )
-            shocks.append(
-                dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True))
-            )
-        changes += [
-            np.abs(shocks[0][place] - shocks[1][place]).max(-1) / shocks[0][place].max(-1)
-            for place in places
-        ]
-    return float(max(change.max() for change in changes))
+        before = _shocks(quadruped(angle))
+        after = _shocks(quadruped(angle, front_leg=False))
+        for place in places:
+            change = np.abs(before[place] - after[place]).max(-1)
+            changes.append((change / before[place].max(-1)).max())
+    return float(max(changes))
+
+
+def _shocks(profile: ShockProfile) -> dict[str, Array]:
+    """Shock at the `PLACES`: both ends of the torso, and 21 points of each link of the hind leg."""
+    lower = along(profile, "hind_lower_leg", 21)
+    upper = along(profile, "hind_upper_leg", 21)
+    torso = along(profile, "torso", 21)
+    return dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True))
 
 
 @QUADRUPED.claim(
@@ -171,8 +173,10 @@ def _geared(angle: float = 30.0, **joints: Any) -> float:
 )
 def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> float:
     # Turned about on its front leg: hind becomes front, nose up nose down.
-    original = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
-    other = [
-        along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES
-    ]
-    return float(np.abs(np.array(original) - np.array(other)[:, ::-1]).max())
+    differences = []
+    for angle in ANGLES:
+        landing = quadruped(angle, hind, nose, front)
+        turned = quadruped(angle, -front, -nose, -hind, "front_foot")
+        difference = along(landing, "torso", 21) - along(turned, "torso", 21)[::-1]
+        differences.append(np.abs(difference).max())
+    return float(max(differences))

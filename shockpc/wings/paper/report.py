@@ -1,8 +1,10 @@
 """The paper's claims and their outcomes, failed ones first, and the landings of its figures."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
-from shockpc import Point
+from shockpc import Point, ShockProfile
 from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.show.document import record
 from shockpc.show.html import plotly
@@ -34,58 +36,59 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
     """
     claims = [claim for figure in figures for claim in figure.claims]
 
-    def body(full: bool) -> list[Section]:
+    def body(full: bool) -> Iterator[Section]:
+        yield _outcomes_sheet(claims)
         if full:
-            notes = [Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])]
-            return [
-                _outcomes_sheet(claims),
-                *map(paper_picture, figures),
-                *notes,
-                _claims_sheet(claims),
-                _bodies_sheet(figures),
-            ]
-        details: list[Section] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
-        return [_outcomes_sheet(claims), *(details if verbose else [])]
+            yield from map(paper_picture, figures)
+            yield Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])
+            yield _claims_sheet(claims)
+        elif verbose:
+            yield Lines(_details(claims), "details")
+        if full or verbose:
+            yield _bodies_sheet(figures)
 
-    landings = (
-        {name: land(stem, point=(Point(frame=frame),)) for name, stem, frame in _live(figures)}
-        if plotly()
-        else {}
-    )
     return Report(
         name="paper",
         title="Figures and claims of the paper",
         page="paper",
         body=body,
         lead=len(figures) + 4,
-        landings=landings,
+        landings=_live_landings(figures) if plotly() else {},
         live=(),
         sheets={"claims": lambda: _claims_sheet(claims), "bodies": lambda: _bodies_sheet(figures)},
-        document=lambda: {
-            "figures": [
-                {**record(figure, "number", "title", "note"), "panels": figure.panels}
-                for figure in figures
-            ],
-        },
+        document=lambda: {"figures": list(map(_figure_document, figures))},
         tables=True,
-        more=lambda folder: {
-            f"{panel.scene}.toml": scene_text(scene(panel.scene), folder)
-            for figure in figures
-            for panel in figure.panels
-        },
+        more=lambda folder: _scenes(figures, folder),
     )
 
 
-def _live(figures: Sequence[PaperFigure]) -> list[tuple[str, str, str]]:
-    return [shown for figure in figures for shown in LIVE.get(figure.number, ())]
+def _figure_document(figure: PaperFigure) -> dict[str, Any]:
+    """A figure in the document."""
+    return {**record(figure, "number", "title", "note"), "panels": figure.panels}
+
+
+def _scenes(figures: Sequence[PaperFigure], folder: Path) -> dict[str, str]:
+    """The scenes of all panels as files by name."""
+    files: dict[str, str] = {}
+    for figure in figures:
+        for panel in figure.panels:
+            files[f"{panel.scene}.toml"] = scene_text(scene(panel.scene), folder)
+    return files
+
+
+def _live_landings(figures: Sequence[PaperFigure]) -> dict[str, ShockProfile]:
+    """The landings of the moving part of report.html by name."""
+    landings: dict[str, ShockProfile] = {}
+    for figure in figures:
+        for name, stem, frame in LIVE.get(figure.number, ()):
+            landings[name] = land(stem, point=(Point(frame=frame),))
+    return landings
 
 
 def paper_picture(figure: PaperFigure) -> Picture:
     """The panels of a figure of the paper side by side."""
-    labels, captions = (
-        [panel.label for panel in figure.panels],
-        [[panel.words] for panel in figure.panels],
-    )
+    labels = [panel.label for panel in figure.panels]
+    captions = [[panel.words] for panel in figure.panels]
     title = f"Figure {figure.number}: {figure.title}"
     drawn = (figure.profiles, title, labels, captions, figure.note)
     return Picture(f"figure{figure.number}", title, "wings.paper.figure:draw_panels", drawn)
@@ -93,16 +96,21 @@ def paper_picture(figure: PaperFigure) -> Picture:
 
 def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
     """The claims with their outcomes, those that do not hold first."""
-    whole = _claims_sheet(claims).where(lambda row: not row["alternative"])
-    sheet = whole.only("outcome", "section", "claim", "value", "holds_if")
+    own = _claims_sheet(claims).where(lambda row: not row["alternative"])
+    sheet = own.only("outcome", "section", "claim", "value", "holds_if")
     rows = sorted(sheet.rows, key=lambda row: OUTCOMES.index(str(row[0])))
-    counts = [sum(row[0] == name for row in rows) for name in reversed(OUTCOMES)]
-    words = ("hold", "hold as interpreted, but not under an alternative", "do not hold")
-    title = ", ".join(
-        f"{number} {text}" for number, text in zip(counts, words, strict=True) if number
-    )
+    outcomes = [row[0] for row in rows]
+    counts = []
+    for outcome, words in (
+        ("holds", "hold"),
+        ("as interpreted", "hold as interpreted, but not under an alternative"),
+        ("does not hold", "do not hold"),
+    ):
+        if outcome in outcomes:
+            counts.append(f"{outcomes.count(outcome)} {words}")
+    title = f"claims of the paper: {', '.join(counts)}"
     notes = ("the quantities, and the alternatives that change an outcome: --verbose, or --out",)
-    return sheet._replace(title=f"claims of the paper: {title}", rows=rows, notes=notes)
+    return sheet._replace(title=title, rows=rows, notes=notes)
 
 
 def _details(claims: Sequence[Claim]) -> list[str]:
@@ -110,10 +118,8 @@ def _details(claims: Sequence[Claim]) -> list[str]:
     lines = []
     for claim in claims:
         lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
-        lines += [
-            f"    {outcome:<14} {value:>9.4g}  {interpretation}"
-            for interpretation, value, outcome in _outcomes(claim)
-        ]
+        for interpretation, value, outcome in _outcomes(claim):
+            lines.append(f"    {outcome:<14} {value:>9.4g}  {interpretation}")
     return lines
 
 
@@ -154,19 +160,22 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
 
 def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
     """A row for each claim, and for each alternative interpretation with a different outcome."""
-    rows = [
-        (
-            outcome,
-            *claim.statement.partition(": ")[::2],
-            value,
-            claim.criterion,
-            interpretation,
-            k > 0,
-            claim.quantity,
-        )
-        for claim in claims
-        for k, (interpretation, value, outcome) in enumerate(_outcomes(claim))
-    ]
+    rows: list[Row] = []
+    for claim in claims:
+        section, _, text = claim.statement.partition(": ")
+        for k, (interpretation, value, outcome) in enumerate(_outcomes(claim)):
+            rows.append(
+                (
+                    outcome,
+                    section,
+                    text,
+                    value,
+                    claim.criterion,
+                    interpretation,
+                    k > 0,
+                    claim.quantity,
+                )
+            )
     header = (
         "outcome",
         "section",
@@ -180,21 +189,21 @@ def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
     return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
 
 
-def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
+def _outcomes(claim: Claim) -> Iterator[tuple[str, float, str]]:
     """Interpretation, value and outcome of a claim and of its alternatives.
 
     Of the alternatives only those with the opposite outcome are listed.
     """
     fails, as_interpreted, holds = OUTCOMES
-    own, other = (
-        ((as_interpreted if claim.alternatives else holds), fails)
-        if claim.holds
-        else (fails, holds)
-    )
-    outcomes = [
-        (claim.interpretation, claim.value, own),
-        *((name, value, other) for name, value in claim.alternatives.items()),
-    ]
-    return [
-        (name, 0.0 if abs(value) < 1e-15 else value, outcome) for name, value, outcome in outcomes
-    ]
+    outcome, opposite = fails, holds
+    if claim.holds:
+        outcome = as_interpreted if claim.alternatives else holds
+        opposite = fails
+    yield claim.interpretation, _without_rounding(claim.value), outcome
+    for name, value in claim.alternatives.items():
+        yield name, _without_rounding(value), opposite
+
+
+def _without_rounding(value: float) -> float:
+    """A value, or zero for one that is zero but for rounding."""
+    return 0.0 if abs(value) < 1e-15 else value

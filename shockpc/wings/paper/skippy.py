@@ -92,13 +92,13 @@ def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockP
     The centre of mass has the speed of that fall, and the robot rotates about it.
     """
     still = skippy(**how)
+    radians = math.radians(angle)
+    fall = FALL * np.array([math.sin(radians), 0.0, -math.cos(radians)])
     omega = np.array([0.0, rate, 0.0])
-    fall = FALL * np.array([math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))])
-    velocity = fall + np.cross(
-        omega, still.position[0] - still.contacts[0].point - above_contact(still)
-    )
+    # From the centre of mass to the base.
+    arm = still.position[0] - still.contacts[0].point - above_contact(still)
     strike = Strike(
-        velocity=tuple(velocity),
+        velocity=tuple(fall + np.cross(omega, arm)),
         angular_velocity=tuple(omega),
         joint_velocities={"ankle": ankle_rate},
     )
@@ -112,7 +112,10 @@ def _torso(**how: Any) -> float:
 
 def _at_imus(*profiles: ShockProfile) -> float:
     """Largest shock at an IMU [%]."""
-    return 100.0 * max(point.shock for profile in profiles for point in profile.points)
+    shocks = []
+    for profile in profiles:
+        shocks += [point.shock for point in profile.points]
+    return 100.0 * max(shocks)
 
 
 @drawn(

@@ -235,8 +235,8 @@ def refuse(landing: PosedLanding) -> None:
             )
             raise SceneError(
                 f"{constraint.name} touches with its lowest point, which jumps as postures change, "
-                "so it has no symbols; take the frame's origin (--contact-point frame), or the point "
-                f"of this posture: --offset {offset}"
+                "so it has no symbols; take the frame's origin (--contact-point frame), or the "
+                f"point of this posture: --offset {offset}"
                 + (" --contact-kind flat" if len(constraint.moments) >= 2 else ""),
                 constraints=[constraint.frame],
             )

@@ -47,6 +47,17 @@ It counts from the posture of the scene.
 """
 
 
+QUATERNION = ("quaternion x", "quaternion y", "quaternion z", "quaternion w")
+
+COORDINATES = {
+    "free": (("x", "y", "z", *QUATERNION), ("m", "m", "m", "1", "1", "1", "1")),
+    "ball": (QUATERNION, ("1", "1", "1", "1")),
+    "planar": (("x", "y", "cosine", "sine"), ("m", "m", "1", "1")),
+    "continuous": (("cosine", "sine"), ("1", "1")),
+}
+"""Names and units of the coordinates of joints that have several, by kind."""
+
+
 @dataclass(frozen=True, eq=False)
 class Export:
     """Code of a landing, and how far it is from what is proven.
@@ -183,17 +194,6 @@ def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
     outputs += [(name, title, "-") for name, title in zip(ACCURACY, titles, strict=True)]
     names = identifiers([name for name, _, _ in outputs])
     return [(name, title, unit) for name, (_, title, unit) in zip(names, outputs, strict=True)]
-
-
-QUATERNION = ("quaternion x", "quaternion y", "quaternion z", "quaternion w")
-
-COORDINATES = {
-    "free": (("x", "y", "z", *QUATERNION), ("m", "m", "m", "1", "1", "1", "1")),
-    "ball": (QUATERNION, ("1", "1", "1", "1")),
-    "planar": (("x", "y", "cosine", "sine"), ("m", "m", "1", "1")),
-    "continuous": (("cosine", "sine"), ("1", "1")),
-}
-"""Names and units of the coordinates of joints that have several, by kind."""
 
 
 def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
