@@ -6,13 +6,11 @@ Poses may be relative to links, joints and frames of the model. What is not read
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
@@ -21,10 +19,11 @@ from shockpc.robot.files.reading import parse_xml
 from shockpc.robot.files.tags import unread
 from shockpc.robot.robot import RobotSource
 from shockpc.robot.tolerances import refuse_count
-from shockpc.robot.urdf.numbers import vector
 from shockpc.robot.urdf.reader import build, choose, with_postures
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
+from shockpc.wings.sdf.elements import boolean, numbers_of, text_of
+from shockpc.wings.sdf.poses import POSE_FRAME, Poses
 
 __all__ = ["build", "choose", "read"]
 
@@ -33,8 +32,6 @@ SDF = Path(__file__).with_name("tags.csv")
 
 SDF_UNTIL_1_6 = Path(__file__).with_name("tags_until_1_6.csv")
 """Tags that only the versions until 1.6 have."""
-
-T = TypeVar("T")
 
 _JOINTS = ("revolute", "continuous", "prismatic", "fixed")
 _SIZES = {
@@ -53,8 +50,6 @@ _DEFAULTS = {
 """SDFormat's defaults for numbers that a link does not give."""
 
 _UNLIMITED = 1e16  # a limit from which on SDFormat means none [rad, m]
-# the last versions 1.N whose axes are the model's, and whose <pose> has `frame`
-_AXES_OF_MODEL, _POSE_FRAME = 4, 6
 
 
 def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
@@ -70,9 +65,9 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     model = _moving_model(file, root)
     refuse_count(sum(len(model.findall(path)) for path in ("link", "frame", "link/sensor")))
     _refuse_parts(file, root, model)
-    poses = _Poses(model, version)
+    poses = Poses(model, version)
     name = model.get("name") or source.robot_name
-    tables = (SDF, SDF_UNTIL_1_6) if version <= _POSE_FRAME else (SDF,)
+    tables = (SDF, SDF_UNTIL_1_6) if version <= POSE_FRAME else (SDF,)
     notes = [*_moved_frames(poses), *_notes(model)]
     notes += [remark.text for remark in unread(model, *tables)]
     text = tostring(_urdf(model, name, poses), encoding="unicode")
@@ -106,7 +101,7 @@ def _moving_model(file: str, root: Element) -> Element:
     """
     models = []
     for model in (*root.findall("model"), *root.findall("world/model")):
-        if not _yes(_text(model, "static"), "static"):
+        if not boolean(text_of(model, "static"), "static"):
             models.append(model)
     if len(models) != 1:
         raise RobotError(f"{file} has {len(models)} models that may move; give a file with one")
@@ -128,7 +123,7 @@ def _refuse_parts(file: str, root: Element, model: Element) -> None:
             )
 
 
-def _moved_frames(poses: "_Poses") -> Iterator[str]:
+def _moved_frames(poses: "Poses") -> Iterator[str]:
     """A note on links whose frame is not that of the joint that carries them."""
     moved = []
     for link in poses.above:
@@ -148,7 +143,7 @@ def _notes(model: Element) -> Iterator[str]:
         absent = (
             path
             for path in _DEFAULTS
-            if link.find(path) is None or (path != "inertial" and not _text(link, path))
+            if link.find(path) is None or (path != "inertial" and not text_of(link, path))
         )
         bare.setdefault(next(absent, ""), []).append(link.get("name", ""))
     for path in filter(None, bare):
@@ -156,149 +151,7 @@ def _notes(model: Element) -> Iterator[str]:
         yield f"links {listed(bare[path])} have {taken}; write it if they have less"
 
 
-class _Poses:
-    """Poses of the links, joints and frames of a model, in its frame.
-
-    Args: model, the element; version, N of its version 1.N.
-    """
-
-    def __init__(self, model: Element, version: int) -> None:
-        self._joints = {joint.get("name", ""): joint for joint in model.findall("joint")}
-        self._version = version
-        # Until version 1.6 a joint may be called like a link, and poses are not relative to joints.
-        self.named = self._joints | {
-            part.get("name", ""): part for part in model if part.tag in ("link", "frame")
-        }
-        links = [link.get("name", "") for link in model.findall("link")]
-        canonical = model.get("canonical_link") or next(iter(links), WORLD)
-        if canonical not in (*links, WORLD):
-            raise RobotError(
-                f'the canonical_link of the model is "{canonical}", which does not exist'
-            )
-        self._links = {"": canonical, "__model__": canonical, WORLD: WORLD}
-        self._links |= {link: link for link in links}
-        self._places = dict.fromkeys(("", "__model__"), pin.SE3.Identity())
-        self._model = model
-        self.above = {self.end(joint, "child"): name for name, joint in self._joints.items()}
-
-    def of(self, name: str) -> pin.SE3:
-        """Pose of the element with a name."""
-        if name == WORLD and WORLD not in self._places:
-            if (near := self._reference(self._model, WORLD)) != WORLD:
-                raise RobotError(
-                    f'the pose of the model is relative to "{near}", which is not read; write it '
-                    f"in the world"
-                )
-            self._places[WORLD] = (
-                self.of(self._model.get("placement_frame", ""))
-                * _pose(self._model.find("pose")).inverse()
-            )
-        return self._followed(
-            name,
-            self._places,
-            self._carrier,
-            lambda part, place: place * _pose(part.find("pose")),
-            "a pose",
-            "is relative to",
-        )
-
-    def link(self, name: str) -> str:
-        """The link that a name is attached to; of the model itself its canonical link."""
-        return self._followed(
-            name, self._links, _attached, lambda part, link: link, "a frame", "is attached to"
-        )
-
-    def end(self, joint: Element, end: str) -> str:
-        """The parent or child link of a joint, which may name a frame; empty without one."""
-        return self.link(name) if (name := _text(joint, end)) else ""
-
-    def _followed(
-        self,
-        name: str,
-        known: dict[str, T],
-        following: Callable[[Element], str],
-        value: Callable[[Element, T], T],
-        subject: str,
-        relation: str,
-    ) -> T:
-        """The value of a name, which follows from that of another name.
-
-        It and all between are known from then on.
-
-        Args:
-            name: the name.
-            known: what is known already, by name.
-            following: the name from which that of an element follows.
-            value: what is known of an element, from what is known of that name.
-            subject: with the relation, what the names say of one another, for messages.
-            relation: as the subject.
-        """
-        passed: dict[str, Element] = {}
-        while name not in known:
-            part = self.named.get(name)
-            if part is None or name in passed:
-                raise RobotError(
-                    f'{subject} {relation} "{name}", which '
-                    f"{'does not exist' if part is None else f'{relation} it'}"
-                )
-            passed[name] = part
-            name = following(part)
-        result = known[name]
-        for name, part in reversed(passed.items()):
-            result = known[name] = value(part, result)
-        return result
-
-    def _carrier(self, part: Element) -> str:
-        """Name of the element that the pose of a link, a joint or a frame is relative to."""
-        return self._reference(part, "" if part.tag == "link" else _attached(part))
-
-    def _reference(self, part: Element, near: str) -> str:
-        """Name of the element that a <pose> is relative to: `near` if it does not say."""
-        if (pose := part.find("pose")) is None:
-            return near
-        return (
-            pose.get("relative_to") or (self._version <= _POSE_FRAME and pose.get("frame")) or near
-        )
-
-    def placed(self, part: Element, near: str) -> pin.SE3:
-        """Pose of an element by its <pose>, which is relative to `near` if it does not say."""
-        return self.of(self._reference(part, near)) * _pose(part.find("pose"))
-
-    def inertial(self, inertial: Element, link: str) -> pin.SE3:
-        """Pose of the <inertial> of a link, which SDFormat has relative to the link only."""
-        if (near := self._reference(inertial, link)) != link:
-            raise RobotError(
-                f'link "{link}": the pose of its <inertial> is relative to "{near}"; it has to be '
-                f"relative to the link"
-            )
-        return self.placed(inertial, link)
-
-    def carried(self, link: str) -> pin.SE3:
-        """The frame of a link of the URDF: that of the joint that carries it, or the link's own."""
-        return self.joint(self.above[link]) if link in self.above else self.of(link)
-
-    def joint(self, name: str) -> pin.SE3:
-        """Pose of a joint."""
-        return self.placed(self._joints[name], _text(self._joints[name], "child"))
-
-    def axis(self, joint: str, axis: Element) -> Array:
-        """The axis (3,) of a joint in its frame."""
-        written = axis.find("xyz")
-        of_model = self._version <= _AXES_OF_MODEL
-        if self._version <= _POSE_FRAME:
-            key = "use_parent_model_frame"
-            of_model = of_model or _yes(_text(axis, key), key)
-        if of_model:
-            frame = "__model__"
-        else:
-            frame = (written is not None and written.get("expressed_in")) or ""
-        here = self.joint(joint)
-        there = self.of(frame) if frame else here
-        xyz = _numbers(axis, "xyz", 3, "0 0 1", f'joint "{joint}": ')
-        return np.asarray((here.inverse() * there).rotation @ xyz)
-
-
-def _urdf(model: Element, name: str, poses: _Poses) -> Element:
+def _urdf(model: Element, name: str, poses: Poses) -> Element:
     """The URDF of a model, with a link for each of its sensors and frames."""
     robot = Element("robot", name=name)
     joints = model.findall("joint")
@@ -317,7 +170,7 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
     return robot
 
 
-def _write_link(robot: Element, link: Element, poses: _Poses) -> None:
+def _write_link(robot: Element, link: Element, poses: Poses) -> None:
     """Write a link with its inertia, shapes and sensors."""
     name = link.get("name", "")
     to_carried = poses.carried(name).inverse()
@@ -334,7 +187,7 @@ def _write_link(robot: Element, link: Element, poses: _Poses) -> None:
 
 
 def _write_inertial(
-    out: Element, link: Element, name: str, poses: _Poses, to_carried: pin.SE3
+    out: Element, link: Element, name: str, poses: Poses, to_carried: pin.SE3
 ) -> None:
     """Write mass and inertia of a link.
 
@@ -342,23 +195,23 @@ def _write_inertial(
         RobotError: they are left to the program that reads the file.
     """
     inertial = next(link.iterfind("inertial"), Element("inertial"))
-    if _yes(inertial.get("auto", ""), "auto"):
+    if boolean(inertial.get("auto", ""), "auto"):
         raise RobotError(
             f'link "{name}": <inertial auto> is not read; write out its mass, pose and inertia'
         )
     body = _at(SubElement(out, "inertial"), to_carried * poses.inertial(inertial, name))
-    SubElement(body, "mass", value=_text(inertial, "mass", "1"))
+    SubElement(body, "mass", value=text_of(inertial, "mass", "1"))
     moments = {}
     for key, default in _MOMENTS.items():
-        moments[key] = _text(inertial, f"inertia/{key}", default)
+        moments[key] = text_of(inertial, f"inertia/{key}", default)
     SubElement(body, "inertia", moments)
 
 
 def _dimensions(shape: Element) -> dict[str, str]:
     """File and scale of a mesh, or the sizes of another shape."""
     if shape.tag == "mesh":
-        return {"filename": _text(shape, "uri"), "scale": _text(shape, "scale", "1 1 1")}
-    return {key: _text(shape, key) for key in _SIZES.get(shape.tag, ())}
+        return {"filename": text_of(shape, "uri"), "scale": text_of(shape, "scale", "1 1 1")}
+    return {key: text_of(shape, key) for key in _SIZES.get(shape.tag, ())}
 
 
 def _write_fixed_link(robot: Element, name: str, carrier: str, placement: pin.SE3) -> None:
@@ -367,7 +220,7 @@ def _write_fixed_link(robot: Element, name: str, carrier: str, placement: pin.SE
     _joint(robot, f"{name}_fixed", "fixed", carrier, name, placement)
 
 
-def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
+def _write_joint(robot: Element, joint: Element, poses: Poses) -> None:
     """Write a joint with its axis, limits, coupling and drive.
 
     Raises:
@@ -392,12 +245,12 @@ def _write_joint(robot: Element, joint: Element, poses: _Poses) -> None:
             f'joint "{name}" is {kind} and has no <axis>, which SDFormat requires; add one'
         )
     subject = f'joint "{name}": '
-    if _numbers(axis, "dynamics/spring_stiffness", 1, "0", subject).any():
+    if numbers_of(axis, "dynamics/spring_stiffness", 1, "0", subject).any():
         raise RobotError(
             f'joint "{name}" has a spring, which is not read; leave it out, or give it with --rotor'
         )
     SubElement(out, "axis", xyz=_joined(poses.axis(name, axis)))
-    SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
+    SubElement(out, "dynamics", damping=text_of(axis, "dynamics/damping", "0"))
     low = _limit(axis, "lower", subject)
     high = _limit(axis, "upper", subject)
     effort = _limit(axis, "effort", subject)
@@ -428,9 +281,9 @@ def _coupled(out: Element, joint: Element, axis: Element) -> None:
         leading = rule.get("axis", "axis")
         if leading != "axis":
             raise RobotError(f'joint "{name}" follows "{leading}" of another, which is not read')
-        multiplier = float(_numbers(rule, "multiplier", 1, "1", subject)[0])
-        offset = float(_numbers(rule, "offset", 1, "0", subject)[0])
-        reference = float(_numbers(rule, "reference", 1, "0", subject)[0])
+        multiplier = float(numbers_of(rule, "multiplier", 1, "1", subject)[0])
+        offset = float(numbers_of(rule, "offset", 1, "0", subject)[0])
+        reference = float(numbers_of(rule, "reference", 1, "0", subject)[0])
         # q = multiplier (q_leader − reference) + offset
         numbers = {"multiplier": repr(multiplier), "offset": repr(offset - multiplier * reference)}
         SubElement(out, "mimic", {"joint": rule.get("joint", "")} | numbers)
@@ -442,7 +295,7 @@ def _driven(robot: Element, joint: Element) -> None:
     Drake has it in the joint in SDFormat, and in the transmission in a URDF.
     """
     keys = ("drake:rotor_inertia", "drake:gear_ratio")
-    drive = {key: _text(joint, key) for key in keys if joint.find(key) is not None}
+    drive = {key: text_of(joint, key) for key in keys if joint.find(key) is not None}
     if drive:
         transmission = SubElement(robot, "transmission")
         SubElement(transmission, "joint", name=joint.get("name", ""))
@@ -452,88 +305,35 @@ def _driven(robot: Element, joint: Element) -> None:
 
 
 def _joint(
-    robot: Element, name: str, kind: str, parent: str, child: str, place: pin.SE3
+    robot: Element, name: str, kind: str, parent: str, child: str, placement: pin.SE3
 ) -> Element:
-    """A joint of a URDF, of which only its ends and its place are known yet."""
-    joint = _at(SubElement(robot, "joint", name=name, type=kind), place)
+    """A joint of a URDF, of which only its ends and its placement are known yet."""
+    joint = _at(SubElement(robot, "joint", name=name, type=kind), placement)
     SubElement(joint, "parent", link=parent)
     SubElement(joint, "child", link=child)
     return joint
 
 
-def _at(element: Element, place: pin.SE3) -> Element:
+def _at(element: Element, placement: pin.SE3) -> Element:
     """An element with its <origin>."""
     SubElement(
         element,
         "origin",
-        xyz=_joined(place.translation),
-        rpy=_joined(pin.rpy.matrixToRpy(place.rotation)),
+        xyz=_joined(placement.translation),
+        rpy=_joined(pin.rpy.matrixToRpy(placement.rotation)),
     )
     return element
-
-
-def _attached(part: Element) -> str:
-    """Name of the element that a joint or a frame is attached to."""
-    return _text(part, "child") if part.tag == "joint" else part.get("attached_to", "")
 
 
 def _joined(values: Array) -> str:
     return " ".join(map(repr, values.tolist()))
 
 
-def _text(element: Element, path: str, default: str = "") -> str:
-    return element.findtext(path, default).strip() or default
-
-
-def _yes(text: str, what: str) -> bool:
-    """A boolean of SDFormat, false where none is written; `what` names it in messages."""
-    words = {"1": True, "true": True, "0": False, "false": False, "": False}
-    value = words.get(text.lower())
-    if value is None:
-        raise RobotError(f'{what} is "{text}"; it has to be true, false, 1 or 0')
-    return value
-
-
-def _numbers(element: Element, path: str, size: int, default: str = "", subject: str = "") -> Array:
-    """The numbers (size,) in an element below another, or in itself.
-
-    `subject` begins the message about other content.
-    """
-    text = _text(element, path, default) if path else element.text
-    values = vector(text, size)
-    if values is None:
-        tag = path.rpartition("/")[2] or element.tag
-        wanted = "one finite number" if size == 1 else f"{size} finite numbers"
-        raise RobotError(f'{subject}<{tag}> is "{text}"; it has to be {wanted}')
-    return values
-
-
 def _limit(axis: Element, key: str, subject: str) -> float:
     """A limit of a joint, or `_UNLIMITED` with its sign where a file has inf, 1e16 or nothing."""
-    text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
+    text = text_of(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
     if text in ("inf", "+inf", "-inf"):
         value = float(text)
     else:
-        value = float(_numbers(axis, f"limit/{key}", 1, subject=subject)[0])
+        value = float(numbers_of(axis, f"limit/{key}", 1, subject=subject)[0])
     return min(max(value, -_UNLIMITED), _UNLIMITED)
-
-
-def _pose(pose: Element | None) -> pin.SE3:
-    """The transform of a <pose>: position [m], and angles about x, y, z [rad] or a quaternion."""
-    if pose is None or not (pose.text or "").strip():
-        return pin.SE3.Identity()
-    degrees = _yes(pose.get("degrees", ""), "degrees of <pose>")
-    form = pose.get("rotation_format") or "euler_rpy"
-    if form not in ("euler_rpy", "quat_xyzw") or (degrees and form == "quat_xyzw"):
-        unit = " in degrees" if degrees else ""
-        raise RobotError(
-            f'<pose> has rotation_format "{form}"{unit}; read are euler_rpy and quat_xyzw'
-        )
-    values = _numbers(pose, "", 6 if form == "euler_rpy" else 7)
-    if form == "euler_rpy":
-        angles = np.radians(values[3:]) if degrees else values[3:]
-        return pin.SE3(pin.rpy.rpyToMatrix(angles), values[:3])
-    length = np.linalg.norm(values[3:])
-    if not length > 0.0:
-        raise RobotError(f'<pose> is "{pose.text}", whose quaternion has no length')
-    return pin.SE3(pin.Quaternion(values[3:] / length).matrix(), values[:3])
