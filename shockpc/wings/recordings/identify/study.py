@@ -216,9 +216,8 @@ def identify(
         )
     if compared[0].time is None:
         _refuse_stiffness(unknowns, scene)
-    if all(
-        variation.kind != PLACE for variation in unknowns
-    ):  # only lengths decide how loops close
+    # Only lengths decide how loops close.
+    if not any(unknown.kind.changes_lengths for unknown in unknowns):
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, compared)
     fit = fit_of(predictor, deviations[deviations > 0.0] if noise else None)
