@@ -152,27 +152,15 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
 
     Args: as for `command`.
     """
-    parameters = inspect.signature(command).parameters
-    records = {
-        name: parameter.annotation
-        for name, parameter in parameters.items()
-        if hasattr(parameter.annotation, "_fields")
-    }
-    grouped = {
-        name: parameter.default
-        for name, parameter in parameters.items()
-        if isinstance(parameter.default, Declared)
-    }
-    # Options by name: those of records where no parameter or earlier record has them.
-    declared: dict[str, tuple[Any, Any]] = {}
-    for name, parameter in parameters.items():
-        if name not in records:
-            declared |= grouped.get(name, {name: (parameter.annotation, parameter.default)})
-            continue
-        for key, declaration in _options_in(records[name]).items():
-            taken = key in declared or f"{key}_" in parameters
-            if not taken and key not in without and declaration[1].rich_help_panel not in without:
-                declared[key] = declaration
+    # The parameters that are records of options, and those that are groups of declared ones.
+    records: dict[str, Any] = {}
+    grouped: dict[str, Declared] = {}
+    for name, parameter in inspect.signature(command).parameters.items():
+        if hasattr(parameter.annotation, "_fields"):
+            records[name] = parameter.annotation
+        elif isinstance(parameter.default, Declared):
+            grouped[name] = parameter.default
+    declared = _options_of(command, without)
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
@@ -198,6 +186,28 @@ def _taking_options(command: Command, without: Collection[str]) -> Command:
     # `wraps` copied the annotations of the command, which name records and not their options.
     run.__annotations__ = {}
     return run
+
+
+def _options_of(command: Command, without: Collection[str]) -> dict[str, tuple[Any, Any]]:
+    """Type and declaration of all options of a command, by name.
+
+    Those of a record are left out where a parameter or an earlier record has them. Args: as for
+    `command`.
+    """
+    parameters = inspect.signature(command).parameters
+    declared: dict[str, tuple[Any, Any]] = {}
+    for name, parameter in parameters.items():
+        if isinstance(parameter.default, Declared):
+            declared |= parameter.default
+        elif not hasattr(parameter.annotation, "_fields"):
+            declared[name] = (parameter.annotation, parameter.default)
+        else:
+            for key, declaration in _options_in(parameter.annotation).items():
+                taken = key in declared or f"{key}_" in parameters
+                refused = key in without or declaration[1].rich_help_panel in without
+                if not taken and not refused:
+                    declared[key] = declaration
+    return declared
 
 
 def without_none(kind: Any) -> Any:

@@ -28,7 +28,7 @@ from shockpc.cli.parse import (
     setting,
     stiffness,
     vector,
-    whole,
+    whole_number,
 )
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Contact, Posture, Scene
@@ -273,7 +273,7 @@ has another.
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
 
-    jobs: int = in_run(JOBS.text, JOBS.form, whole(JOBS), default=1)
+    jobs: int = in_run(JOBS.text, JOBS.form, whole_number(JOBS), default=1)
     cluster: str | None = in_run(
         "Compute on a running Dask cluster; the folder has to be shared with its workers.",
         "ADDRESS",

@@ -41,7 +41,7 @@ def finite(text: str) -> float:
         raise typer.BadParameter(f'"{text}" is not a finite number{unit}') from None
 
 
-def whole(option: Option) -> Callable[[str], int]:
+def whole_number(option: Option) -> Callable[[str], int]:
     """A parser of a whole number within the bounds of an option."""
 
     def read(text: str) -> int:
@@ -72,7 +72,7 @@ def vector(text: str) -> Vector:
     return finite(x), finite(y), finite(z)
 
 
-def numbers(text: str) -> tuple[float, ...]:
+def number_list(text: str) -> tuple[float, ...]:
     """Numbers with commas between them."""
     return tuple(map(finite, text.split(",")))
 

@@ -28,7 +28,7 @@ from shockpc.cli.parse import (
     Span,
     Vector,
     corners,
-    numbers,
+    number_list,
     pair_of,
     renaming,
     setting,
@@ -60,7 +60,7 @@ REPEATED: dict[Any, Parser | None] = {
 SINGLE: dict[Any, Parser] = {
     **PARSERS,
     Span: span,
-    tuple[float, ...]: numbers,
+    tuple[float, ...]: number_list,
     tuple[Vector, Vector]: corners,
 }
 

@@ -6,7 +6,7 @@ from typing import Any
 from shockpc.cli.declared import argument, command, group
 from shockpc.cli.options import JOBS, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import robot_name, whole
+from shockpc.cli.parse import robot_name, whole_number
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study_command import help_of, study_arguments, study_options
@@ -30,7 +30,7 @@ def batch(
         "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.",
         "SET",
     ),
-    jobs: int = _in_robots(JOBS.text, JOBS.form, whole(JOBS), default=1),
+    jobs: int = _in_robots(JOBS.text, JOBS.form, whole_number(JOBS), default=1),
     typed: Any = study_options(study),
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),

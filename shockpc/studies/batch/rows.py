@@ -130,7 +130,7 @@ class Batch:
         worse_shock = select("shock_com").worse
 
         def badness(row: BatchRow) -> tuple[float, float]:
-            return worse(number(row, self.rank)), worse_shock(number(row, "shock_com"))
+            return worse(value_of(row, self.rank)), worse_shock(value_of(row, "shock_com"))
 
         rows = [landing for landing in self.landings if isinstance(landing, BatchRow)]
         return tuple(sorted(rows, key=badness, reverse=True))
@@ -156,7 +156,7 @@ class Batch:
             "contact": np.array([landing.contact for landing in self.landings], dtype=str),
         }
         for name in self.columns:
-            columns[name] = np.array([number(landing, name) for landing in self.landings])
+            columns[name] = np.array([value_of(landing, name) for landing in self.landings])
         proven = [isinstance(landing, BatchRow) for landing in self.landings]
         columns["proven"] = np.array(proven, dtype=bool)
         return Table((), columns, messages, defects=self.defects)
@@ -190,7 +190,7 @@ class Batch:
         return self.short_names.get(landing.robot, landing.robot)
 
 
-def number(landing: BatchRow | Failure, name: str) -> float:
+def value_of(landing: BatchRow | Failure, name: str) -> float:
     """A quantity of a landing by name; NaN where there is none."""
     value = landing.values[name] if isinstance(landing, BatchRow) else None
     return math.nan if value is None else value

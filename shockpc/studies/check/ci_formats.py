@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.studies.check.outcome import Check, Outcome
 from shockpc.studies.check.study import MOST_CHANGES
-from shockpc.studies.check.texts import joint_model, order, place_text, strike_text
+from shockpc.studies.check.texts import angle_text, joint_model, order, place_text
 from shockpc.text.printed import count, few, printable
 
 LIMITS = ("max", "min", "baseline_tolerance", "percentile")
@@ -48,7 +48,7 @@ def _add_test(suite: ET.Element, check: Check, outcome: Outcome, seconds: float)
     limits = ", ".join(key for key in LIMITS if getattr(budget, key) is not None)
     attributes = {
         "classname": outcome.case,
-        "name": f"{budget.metric} at {outcome.at}{strike_text(outcome)}: {limits}",
+        "name": f"{budget.metric} at {outcome.at}{angle_text(outcome)}: {limits}",
         "time": _time(seconds),
         **_line(check, outcome),
     }

@@ -11,7 +11,7 @@ from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import proof_text
 from shockpc.studies.check.ci_formats import github_commands, junit
 from shockpc.studies.check.outcome import Check, Outcome, Status
-from shockpc.studies.check.texts import joint_model, order, place_text, strike_text
+from shockpc.studies.check.texts import angle_text, joint_model, order, place_text
 from shockpc.text.printed import cause_lines, causes, count
 
 MOST_CAUSES = 6
@@ -113,7 +113,7 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
         reason = ""
     return (
         result,
-        f"{outcome.case}{strike_text(outcome)}",
+        f"{outcome.case}{angle_text(outcome)}",
         outcome.at,
         budget.metric,
         budget.selection.quantity.unit_text,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from shockpc.core.interval import interval_text
 from shockpc.landing.joint_model import NOTHING, joint_model
@@ -102,21 +102,25 @@ def robot_report(robot: Robot) -> Report:
             "joints": lambda: joints,
             "drives": lambda: _drives_sheet(drives),
         },
-        document=lambda: {
-            "name": robot.name,
-            "mass": float(robot.masses[robot.movable(usual_base(robot).base)].sum()),
-            "file": str(robot.source.path),
-            "base": usual_base(robot).base,
-            "feet": each_foot(robot),
-            "sensors": sensors(robot),
-            "postures": tuple(robot.postures),
-            "default_posture": reference_name(robot, None),
-            "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
-            "check_up": findings,
-            "second_reader": reading,
-        },
+        document=lambda: _document(robot) | {"check_up": findings, "second_reader": reading},
         tables=True,
     )
+
+
+def _document(robot: Robot) -> dict[str, Any]:
+    """The entries of a robot's document that are no tables, without the check-up."""
+    base = usual_base(robot).base
+    return {
+        "name": robot.name,
+        "mass": float(robot.masses[robot.movable(base)].sum()),
+        "file": str(robot.source.path),
+        "base": base,
+        "feet": each_foot(robot),
+        "sensors": sensors(robot),
+        "postures": tuple(robot.postures),
+        "default_posture": reference_name(robot, None),
+        "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
+    }
 
 
 def _second_reading(robot: Robot) -> list[str]:
