@@ -1,6 +1,6 @@
 """First lines of an answer: shocks with their range over the drives, margins of parts, masses."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -57,6 +57,18 @@ def ends_text(over_drives: Range | None) -> str:
         return ""
     text = f"{rounded(over_drives.smallest)} … {rounded(over_drives.largest)}"
     return f"{text}, sampled" if over_drives.kind == "samples" else text
+
+
+def range_ends(
+    ranges: Iterable[Range | None],
+) -> tuple[list[float | None], list[float | None]]:
+    """The smallest and the largest numbers of some ranges; None where there is none."""
+    smallest: list[float | None] = []
+    largest: list[float | None] = []
+    for over_drives in ranges:
+        smallest.append(None if over_drives is None else over_drives.smallest)
+        largest.append(None if over_drives is None else over_drives.largest)
+    return smallest, largest
 
 
 def shock_text(profile: ShockProfile, place: Place) -> str:

@@ -18,6 +18,7 @@ from shockpc.studies.analyze.first_lines import (
     drives_text,
     ends_text,
     mass_notes,
+    range_ends,
     short_names,
     sliding_friction,
     worst_margins,
@@ -205,12 +206,7 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
 
 def _range_columns(profiles: Sequence[ShockProfile]) -> dict[str | Heading, Sequence[Cell]]:
     """The ends of the first number's range over the drives; none where no landing has one."""
-    smallest: list[Cell] = []
-    largest: list[Cell] = []
-    for profile in profiles:
-        over_drives = first_range(profile)
-        smallest.append(None if over_drives is None else over_drives.smallest)
-        largest.append(None if over_drives is None else over_drives.largest)
+    smallest, largest = range_ends(map(first_range, profiles))
     if all(end is None for end in smallest):
         return {}
     return {

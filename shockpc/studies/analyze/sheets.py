@@ -21,7 +21,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.tables import Cell, Heading, Row, Sheet
 from shockpc.show.wording import mostly_off_plane
-from shockpc.studies.analyze.first_lines import shown_places
+from shockpc.studies.analyze.first_lines import range_ends, shown_places
 from shockpc.text.wings import from_wings
 
 TITLES: dict[PlaceKind, dict[str, str]] = {
@@ -335,12 +335,11 @@ def shocks_sheet(profile: ShockProfile) -> Sheet:
         keys += of_wing
     places = profile.bracketed
     shown = {place.name for place in (places[0], *shown_places(profile))}
-    smallest: list[float | None] = []
-    largest: list[float | None] = []
+    ranges = []
     for place in places:
         over_drives = range_of(profile, shock_of(profile), place) if place.name in shown else None
-        smallest.append(None if over_drives is None else over_drives.smallest)
-        largest.append(None if over_drives is None else over_drives.largest)
+        ranges.append(over_drives)
+    smallest, largest = range_ends(ranges)
     columns: dict[Any, Any] = {
         "shock at": [place.title for place in places],
         **_quantities(profile, "point", places, *keys),

@@ -6,7 +6,7 @@ They are on all level feet, on some of them, and on each foot.
 import functools
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -109,10 +109,10 @@ def batch(
     names = list(robots)
     if not names:
         raise StudyError("no robot is given; give at least one name or file")
-    keys = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
-    selections = tuple(select(text.partition("@")[0]) for text in keys.values())
-    ranked_by = rank.removeprefix("robot.")
-    work = functools.partial(_landings_of, read, selections, look, keys, ranked_by)
+    texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
+    selections = tuple(select(text.partition("@")[0]) for text in texts.values())
+    wanted = _Wanted(texts, selections, rank.removeprefix("robot."), look)
+    work = functools.partial(_landings_of, read, wanted)
     landings: list[BatchRow | Failure] = []
     defects: list[str] = []
     advance = progress(len(names))
@@ -120,23 +120,34 @@ def batch(
         landings += of_robot
         defects += unexpected
         advance(name)
-    return Batch(tuple(keys), ranked_by, tuple(landings), tuple(defects))
+    return Batch(tuple(texts), wanted.rank, tuple(landings), tuple(defects))
+
+
+class _Wanted(NamedTuple):
+    """What is computed of each landing.
+
+    Attributes:
+        texts: KEY[@PLACE] of each quantity, by its name.
+        selections: what these select.
+        rank: name of the quantity by which landings are ranked.
+        look: as of `batch`.
+    """
+
+    texts: Mapping[str, str]
+    selections: tuple[Selection, ...]
+    rank: str
+    look: Callable[[ShockProfile], Any] | None
 
 
 def _landings_of(
-    read: Read,
-    selections: tuple[Selection, ...],
-    look: Callable[[ShockProfile], Any] | None,
-    keys: Mapping[str, str],
-    rank: str,
-    name: str,
+    read: Read, wanted: _Wanted, name: str
 ) -> tuple[list[BatchRow | Failure], list[str]]:
     """The landings of a robot, and descriptions of unexpected exceptions.
 
     There is one failure if it cannot be read, or gives a friction or a stiffness on which no number
     depends.
     """
-    solved = attempt(_solved, read, selections, name)
+    solved = attempt(_solved, read, wanted.selections, name)
     if isinstance(solved, ShockError):
         return [Failure(name, "", str(solved))], traces([solved])
     landings: list[BatchRow | Failure] = []
@@ -146,7 +157,7 @@ def _landings_of(
         if isinstance(profile, ShockError):
             row = profile
         else:
-            row = attempt(_row, look, keys, rank, name, profile)
+            row = attempt(_row, wanted, name, profile)
         if isinstance(row, ShockError):
             errors.append(row)
             landings.append(Failure(name, contact_name(scene), str(row)))
@@ -165,18 +176,14 @@ def _solved(
     return [(scene, results[key]) for key, (scene, _) in cases.items()]
 
 
-def _row(
-    look: Callable[[ShockProfile], Any] | None,
-    keys: Mapping[str, str],
-    rank: str,
-    source: str,
-    profile: ShockProfile,
-) -> BatchRow:
+def _row(wanted: _Wanted, source: str, profile: ShockProfile) -> BatchRow:
     """The row of a landing."""
     trunk = profile.places("body")[profile.main_body]
     status = [unknown.status for unknown in profile.unknowns if unknown.kind == "drives"]
-    values = {name: _value(profile, *_worst_place(profile, text)) for name, text in keys.items()}
-    selection, place = _worst_place(profile, keys[rank])
+    values = {}
+    for name, text in wanted.texts.items():
+        values[name] = _value(profile, *_worst_place(profile, text))
+    selection, place = _worst_place(profile, wanted.texts[wanted.rank])
     return BatchRow(
         source=source,
         robot=profile.robot.label,
@@ -196,7 +203,7 @@ def _row(
         warnings=profile.health.warnings,
         feasible_if_tilted=bool(profile.value("feasible_if_tilted", "robot")[0] == 1.0),
         scene=profile.scene,
-        picture=None if look is None else look(profile),
+        picture=None if wanted.look is None else wanted.look(profile),
     )
 
 
