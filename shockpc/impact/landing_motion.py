@@ -58,7 +58,7 @@ def motion_of(landing: PosedLanding, until: float | None = None) -> LandingMotio
     """
     if not landing.scene.yields:
         return None
-    for motion_until in from_wings("landing", "motion"):
+    for motion_until in from_wings("landing", "landing_motion"):
         motion: LandingMotion | None = motion_until(landing, until)
         if motion is not None:
             return motion

@@ -24,9 +24,9 @@ class Wing(NamedTuple):
         options: `OPTIONS` of a scene, type and `landing.scenes.scene_fields.option` by name; opened
             at import.
         landing: `check_options(scene, constraints)` and `check_landing(landing)`, which refuse what
-            has no meaning; `motion(landing, until)`, a landing that lasts as a `LandingMotion`
-            of `impact.landing_motion`, or None; `robot_texts(scene)`, texts of
-            the robot for headers.
+            has no meaning; `landing_motion(landing, until)`, a landing that lasts as a
+            `LandingMotion` of `impact.landing_motion`, or None; `robot_texts(scene)`, texts of the
+            robot for headers.
         quantities: `QUANTITIES`, records of the table of quantities; opened at import.
         checks: `CHECKS`, each from a profile to diagnostics; `SHARED`, those of which studies of
             many landings show the worst, by kind and subject.

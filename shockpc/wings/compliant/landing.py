@@ -55,7 +55,7 @@ def check_landing(landing: PosedLanding) -> None:
         flexible_landing(landing)
 
 
-def motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | None":
+def landing_motion(landing: PosedLanding, until: float | None) -> "CompliantLanding | None":
     """The landing over time, until its end or a time [s]; None where its contacts are rigid.
 
     Raises:

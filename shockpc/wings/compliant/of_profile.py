@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from shockpc.core.memo import memoized
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.wings.compliant.landing import motion
+from shockpc.wings.compliant.landing import landing_motion
 from shockpc.wings.compliant.links.bending import Bending, rigid_links
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def compliant_of(profile: ShockProfile) -> "CompliantLanding | None":
     """The landing over time; None where the scene gives no stiffness of the contacts."""
-    return motion(profile.landing, None)
+    return landing_motion(profile.landing, None)
 
 
 @memoized()

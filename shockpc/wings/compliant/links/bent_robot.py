@@ -8,6 +8,7 @@ are.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -116,16 +117,17 @@ def flexible_robot(
         lines[body] = _line(robot, body, of_body)
 
     # A rotor sits at its joint: the segment there has the inertia that all segments had of it.
-    divisions = {}
+    divisions: dict[int, Division] = {}
+    divided = _Divided(robot, divisions)
     for body, flex in flexes.items():
         divisions[body] = _divide(robot, body, lines[body], flex.hinges)
     for driven, inertia in rotors:
         carrier = robot.parents[driven]
         if carrier in divisions:
-            divisions[carrier] = _with_rotor(robot, divisions, driven, inertia)
+            divisions[carrier] = _with_rotor(divided, driven, inertia)
 
-    built = _Model(robot, divisions)
-    for k, segment in _order(robot, divisions):
+    built = _Model(divided)
+    for k, segment in divided.order():
         if segment == 0:
             built.add_body(k)
         else:
@@ -168,21 +170,70 @@ def _refuse(robot: Robot, flexes: Mapping[int, Flex]) -> None:
             )
 
 
+class _Divided(NamedTuple):
+    """A robot with rigid links, and the divisions of its bodies that bend, by their index."""
+
+    robot: Robot
+    divisions: Mapping[int, Division]
+
+    def frame(self, body: int, segment: int) -> pin.SE3:
+        """The frame of a body in that of the joint, or hinge, that moves a segment."""
+        if segment == 0:
+            return _frame(self.robot, body)
+        return pin.SE3(np.eye(3), -self.divisions[body].hinges[segment - 1])
+
+    def on_segment(self, body: int, placement: pin.SE3) -> tuple[int, pin.SE3]:
+        """The segment that carries what has a placement on a body, and the placement on it.
+
+        The placement is in the frame of the body's joint, the result in that of the segment's joint
+        or hinge.
+        """
+        if body not in self.divisions:
+            return 0, placement
+        inside = self.frame(body, 0).actInv(placement)
+        segment = _segment(self.divisions, body, inside.translation)
+        if segment == 0:
+            return 0, placement
+        return segment, self.frame(body, segment) * inside
+
+    def carrier(self, body: int) -> int:
+        """The segment of its parent that carries a body."""
+        joint = self.robot.bodies[body].joint
+        placement = self.robot.model.jointPlacements[joint]
+        return self.on_segment(self.robot.parents[body], placement)[0]
+
+    def order(self) -> Iterator[tuple[int, int]]:
+        """Bodies and their segments in the order that Pinocchio needs.
+
+        Each comes before all that it carries, and that before all else.
+        """
+        carried: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        for body, parent in enumerate(self.robot.parents):
+            carried.setdefault((parent, self.carrier(body)), []).append((body, 0))
+        for body, division in self.divisions.items():
+            for segment in range(1, len(division.mass)):
+                carried.setdefault((body, segment - 1), []).append((body, segment))
+        waiting = carried.pop((-1, 0))[::-1]
+        while waiting:
+            yield waiting[-1]
+            waiting += carried.pop(waiting.pop(), [])[::-1]
+
+
 class _Model:
     """The model with segments, as it is built; whatever carries is added before what it carries.
 
     Args:
-        robot: with rigid links.
-        divisions: of its bodies that bend.
+        divided: the robot and its divisions.
 
     Attributes:
         model: with what has been added.
     """
 
-    def __init__(self, robot: Robot, divisions: Mapping[int, Division]) -> None:
-        self._robot, self._divisions = robot, divisions
+    def __init__(self, divided: _Divided) -> None:
+        self._divided = divided
+        self._robot, self._divisions = divided
         self.model = pin.Model()
-        self.model.name = robot.model.name
+        self.model.name = self._robot.model.name
         # The joints that move each segment of each body, and the stiffness of those that are
         # hinges.
         self._joints = {(-1, 0): 0}
@@ -193,7 +244,7 @@ class _Model:
         robot, old = self._robot, self._robot.model
         joint, parent = robot.bodies[k].joint, robot.parents[k]
         placement = old.jointPlacements[joint]
-        carrier, placement = _on_segment(robot, self._divisions, parent, placement)
+        carrier, placement = self._divided.on_segment(parent, placement)
         moved_by = self._joints[parent, carrier]
         number = self.model.addJoint(moved_by, old.joints[joint], placement, old.names[joint])
         self._joints[k, 0] = number
@@ -206,12 +257,12 @@ class _Model:
         """Add a segment of body k at the hinge before it, with the stiffness of its springs."""
         division, name = self._divisions[k], f"~{k}.{segment}"
         at = pin.SE3(np.eye(3), division.hinges[segment - 1])
-        placement = _frame(self._robot, self._divisions, k, segment - 1) * at
+        placement = self._divided.frame(k, segment - 1) * at
         hinge, names = _hinge(flex, division, name)
         number = self.model.addJoint(self._joints[k, segment - 1], hinge, placement, names)
         self._joints[k, segment] = number
         self._springs[number] = springs
-        frame = _frame(self._robot, self._divisions, k, segment)
+        frame = self._divided.frame(k, segment)
         self.model.addFrame(pin.Frame(name, number, 0, frame, pin.FrameType.BODY), False)
         self._add_inertia(number, k, segment)
 
@@ -220,7 +271,7 @@ class _Model:
         parts = self._divisions[k]
         mass, com = float(parts.mass[segment]), parts.com[segment]
         inertia = pin.Inertia(mass, com, parts.inertia[segment])
-        frame = _frame(self._robot, self._divisions, k, segment)
+        frame = self._divided.frame(k, segment)
         self.model.appendBodyToJoint(number, inertia, frame)
 
     def add_frames(self) -> None:
@@ -232,7 +283,7 @@ class _Model:
         for frame in robot.model.frames[1:]:
             k, carrier, placement = frame.parentJoint - 1, 0, frame.placement
             if k < 0 or frame.name != robot.bodies[k].name:
-                carrier, placement = _on_segment(robot, self._divisions, k, placement)
+                carrier, placement = self._divided.on_segment(k, placement)
             joint = self._joints[k, carrier]
             self.model.addFrame(pin.Frame(frame.name, joint, 0, placement, frame.type), False)
 
@@ -289,24 +340,6 @@ def _copy_values(old: pin.Model, new: pin.Model, q: np.ndarray, v: np.ndarray) -
             setattr(new, name, values)
 
 
-def _order(robot: Robot, divisions: Mapping[int, Division]) -> Iterator[tuple[int, int]]:
-    """Bodies and their segments in the order that Pinocchio needs.
-
-    Each comes before all that it carries, and that before all else.
-    """
-    carried: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for k, (body, parent) in enumerate(zip(robot.bodies, robot.parents, strict=True)):
-        segment, _ = _on_segment(robot, divisions, parent, robot.model.jointPlacements[body.joint])
-        carried.setdefault((parent, segment), []).append((k, 0))
-    for k, division in divisions.items():
-        for segment in range(1, len(division.mass)):
-            carried.setdefault((k, segment - 1), []).append((k, segment))
-    waiting = carried.pop((-1, 0))[::-1]
-    while waiting:
-        yield waiting[-1]
-        waiting += carried.pop(waiting.pop(), [])[::-1]
-
-
 def _straight(model: pin.Model, indices: np.ndarray, q: Array) -> Array:
     """The configuration with straight links, whose coordinates at some indices are q."""
     configuration = pin.neutral(model)
@@ -323,28 +356,9 @@ def _segment(divisions: Mapping[int, Division], body: int, point: Array) -> int:
     return int(np.searchsorted(division.along, along, side="right"))
 
 
-def _frame(robot: Robot, divisions: Mapping[int, Division], body: int, segment: int) -> pin.SE3:
-    """The frame of a body in that of the joint, or hinge, that moves a segment."""
-    if segment == 0:
-        return pin.SE3(robot.bodies[body].rotation, robot.bodies[body].offset)
-    return pin.SE3(np.eye(3), -divisions[body].hinges[segment - 1])
-
-
-def _on_segment(
-    robot: Robot, divisions: Mapping[int, Division], body: int, placement: pin.SE3
-) -> tuple[int, pin.SE3]:
-    """The segment that carries what has a placement on a body, and the placement on that segment.
-
-    The placement is in the frame of the body's joint, the result in that of the segment's joint or
-    hinge.
-    """
-    if body not in divisions:
-        return 0, placement
-    inside = _frame(robot, divisions, body, 0).actInv(placement)
-    segment = _segment(divisions, body, inside.translation)
-    if segment == 0:
-        return 0, placement
-    return segment, _frame(robot, divisions, body, segment) * inside
+def _frame(robot: Robot, body: int) -> pin.SE3:
+    """The frame of a body in that of its joint."""
+    return pin.SE3(robot.bodies[body].rotation, robot.bodies[body].offset)
 
 
 def _hinge(flex: Flex, division: Division, name: str) -> tuple[pin.JointModelComposite, str]:
@@ -373,7 +387,7 @@ def _line(robot: Robot, body: int, ends: Sequence[Array]) -> tuple[Array, Array]
             f'link "{link.name}" cannot bend, because {fault}; correct its inertia in the file, or '
             f"{LEAVE_OUT}"
         )
-    frame = _frame(robot, {}, body, 0)
+    frame = _frame(robot, body)
     start = frame.actInv(np.zeros(3))
     points = [*_carried(robot, body, frame), *ends]
     end = max(points, key=lambda point: float(np.linalg.norm(point - start)), default=start)
@@ -402,24 +416,22 @@ def _carried(robot: Robot, body: int, frame: pin.SE3) -> list[Array]:
     return points
 
 
-def _with_rotor(
-    robot: Robot, divisions: Mapping[int, Division], driven: int, inertia: float
-) -> Division:
+def _with_rotor(divided: _Divided, driven: int, inertia: float) -> Division:
     """The segments of a body with the inertia of a rotor at its joint.
 
     The segment there has it about its axis, of what all had of it.
 
     Args:
-        robot: the robot.
-        divisions: of its bodies.
+        divided: the robot and its divisions.
         driven: index of the body that the rotor drives.
         inertia: of the rotor [kg m²].
 
     Raises:
         RobotError: all segments together have less.
     """
+    robot = divided.robot
     joint, body = robot.joints[driven], robot.bodies[robot.parents[driven]]
-    division = divisions[joint.parent]
+    division = divided.divisions[joint.parent]
     assert joint.axis is not None
     axis = body.rotation.T @ joint.rotation @ joint.axis
     moments = division.inertia @ axis @ axis
@@ -429,10 +441,8 @@ def _with_rotor(
             f'"{joint.name}" that it '
             f"carries; leave its gear out (--no-carried), or {LEAVE_OUT}"
         )
-    placement = robot.model.jointPlacements[robot.bodies[driven].joint]
-    carrier, _ = _on_segment(robot, divisions, joint.parent, placement)
     share = -moments / moments.sum()
-    share[carrier] += 1.0
+    share[divided.carrier(driven)] += 1.0
     change = inertia * share[:, None, None] * np.outer(axis, axis)
     return division._replace(inertia=division.inertia + change)
 
