@@ -34,8 +34,8 @@ def companion(landing: PosedLanding, name: Other) -> PosedLanding | None:
         return None
     state = dynamics(landing.robot, landing.q[None])
     joints = without_springs(np.zeros(len(locked)), locked, name)
-    other = with_own_faces(replace(landing.without_stops, joint_model=joints, state=state))
-    return with_stops(other) if landing.scene.stops else other
+    locked_landing = with_own_faces(replace(landing.without_stops, joint_model=joints, state=state))
+    return with_stops(locked_landing) if landing.scene.stops else locked_landing
 
 
 def _locked(landing: PosedLanding, name: Other) -> Array | None:
@@ -99,7 +99,7 @@ class Companions:
         if locked is not None and name != "free" and not locked.any():
             return self._computed("free")
         try:
-            other = companion(self._landing, name)
-            return None if other is None else proven(other)
+            landing = companion(self._landing, name)
+            return None if landing is None else proven(landing)
         except (SceneError, SolveError) as refusal:
             return str(refusal)

@@ -183,11 +183,11 @@ def _with_inertias(landing: PosedLanding, data: bytes) -> PosedLanding | None:
         sources=(),
     )
     state = dynamics(landing.robot, landing.q[None], joints)
-    other = replace(landing.without_stops, joint_model=joints, state=state)
+    changed = replace(landing.without_stops, joint_model=joints, state=state)
     try:
-        other = with_own_faces(other)
-        if not other.contacts:
+        changed = with_own_faces(changed)
+        if not changed.contacts:
             return None
-        return with_stops(other) if landing.scene.stops else other
+        return with_stops(changed) if landing.scene.stops else changed
     except (SceneError, SolveError):
         return None

@@ -375,8 +375,8 @@ class Impact:
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.spatial_inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
         of_bodies = np.sum(momenta * twists, axis=(-1, -2))
-        own = self.exact(self.inertias.armature) - self.exact(self.inertias.coupling)
-        of_drives = np.sum(own * self.exact(before.joint_rates) ** 2, axis=-1)
+        armature = self.exact(self.inertias.armature) - self.exact(self.inertias.coupling)
+        of_drives = np.sum(armature * self.exact(before.joint_rates) ** 2, axis=-1)
         return (of_bodies + of_drives[:, None]) / 2
 
 

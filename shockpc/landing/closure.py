@@ -287,9 +287,9 @@ def follow(
     return here
 
 
-def _largest_step(robot: Robot, q: Array, other: Array) -> float:
+def _largest_step(robot: Robot, q: Array, q_after: Array) -> float:
     """The largest displacement of a joint between two configurations (nq,) [rad, m]."""
-    return float(np.abs(pin.difference(robot.model, q, other)).max())
+    return float(np.abs(pin.difference(robot.model, q, q_after)).max())
 
 
 def closed_nearby(

@@ -30,7 +30,9 @@ def has_stops(robot: Robot, joint: Joint) -> bool:
 
     It has one coordinate, and no other joint in its body but those that carry it.
     """
-    return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
+    return joint.kind in ("revolute", "prismatic") and any(
+        joint is carrying for carrying in robot.joints
+    )
 
 
 def stop_constraint(

@@ -83,10 +83,10 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     scene = check_scene(scene)
     _check_sizes(scene)
     if not scene.contact:
-        first, *others = (f'"{contact.frame}"' for contact in default_landings(robot, scene)[0])
-        example = f'links of robot "{robot.name}", such as [{", ".join([first, *others])}]'
-        if not others:
-            example = f'a link of robot "{robot.name}", such as {first}'
+        frames = [f'"{contact.frame}"' for contact in default_landings(robot, scene)[0]]
+        example = f'links of robot "{robot.name}", such as [{", ".join(frames)}]'
+        if len(frames) == 1:
+            example = f'a link of robot "{robot.name}", such as {frames[0]}'
         raise SceneError(f"no contact is defined; name {example}")
     strike, base = scene.strike, scene.base or _default_base(scene, robot)
     only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)

@@ -135,15 +135,17 @@ def _entries() -> Iterator[CatalogueEntry]:
             yield CatalogueEntry(_name_of(file), f"{folder}/{file}")
     share = data_folder()
     robots = share / "robots" if share else None
-    for package, place in itertools.product(_files(robots) if robots else (), ("robots", "urdf")):
-        for file in _files(f"{robots}/{package}/{place}"):
+    for package, subfolder in itertools.product(
+        _files(robots) if robots else (), ("robots", "urdf")
+    ):
+        for file in _files(f"{robots}/{package}/{subfolder}"):
             if file.endswith((".urdf", ".xacro")):
-                name, *aliases = _RENAMED.get(f"{package}/{place}/{file}", (_name_of(file),))
+                name, *aliases = _RENAMED.get(f"{package}/{subfolder}/{file}", (_name_of(file),))
                 # two packages with a file of one name: the package tells them apart
                 if name in taken:
                     name = f"{_normalised(package.removesuffix('_description'))}_{_name_of(file)}"
                 taken |= {name, *aliases}
-                yield CatalogueEntry(name, f"{robots}/{package}/{place}/{file}", tuple(aliases))
+                yield CatalogueEntry(name, f"{robots}/{package}/{subfolder}/{file}", tuple(aliases))
 
 
 def _files(folder: Path | str) -> list[str]:

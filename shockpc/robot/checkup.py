@@ -94,9 +94,9 @@ def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     for warning in (*robot.source.warnings, *robot.notes):
         yield "warning", "", file, warning.removeprefix(f"{file}: ")
     if robot.source.kind == "urdf":
-        for one in unread(root, URDF):
-            if one.treatment == "note":
-                yield "note", "", file, one.text
+        for content in unread(root, URDF):
+            if content.treatment == "note":
+                yield "note", "", file, content.text
         for loop in robot.loops:
             if not loop.name.endswith(AXIS):
                 yield "note", "loop", loop.name, "read from the file, and closed in every landing"

@@ -17,8 +17,8 @@ def cache_folder() -> Path | None:
 
     It need not exist.
     """
-    place = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return None if place.startswith("~") else Path(place) / "shockpc"
+    folder = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return None if folder.startswith("~") else Path(folder) / "shockpc"
 
 
 @functools.cache

@@ -30,14 +30,14 @@ _DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){
 
 
 @contextmanager
-def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str, Any]]:
+def reading(path: Path, kind: str, error: type[ShockError]) -> Iterator[dict[str, Any]]:
     """Read a TOML file.
 
     Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
 
     Args:
         path: of the file.
-        what: it is, in one word, for messages.
+        kind: of file, in one word, for messages.
         error: raised with a message that names the file; when the caller raises it, the file is
             named in front of its message.
 
@@ -45,7 +45,7 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
     """
     import tomllib
 
-    data = read_file(path, f"{what} file", error)
+    data = read_file(path, f"{kind} file", error)
     text = ""
     try:
         text = data.decode("utf-8-sig")
@@ -58,8 +58,8 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
         raise error(_located(str(refusal), path, text), **refusal.data) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
         at = re.search(r"\(at line (\d+)", str(refusal))
-        place = f"{path}:{at[1]}" if at else f"{path}"
-        raise error(f"{place} is not TOML, as a {what} file has to be: {refusal}") from None
+        where = f"{path}:{at[1]}" if at else f"{path}"
+        raise error(f"{where} is not TOML, as a {kind} file has to be: {refusal}") from None
     except (ValueError, RecursionError):
         raise error(
             f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; "
@@ -104,9 +104,9 @@ def _lines_of_keys(text: str) -> dict[str, int]:
         if header:
             table = ""
             parts = re.findall(_PART, header[2])
-            for place, part in enumerate(parts):
+            for index, part in enumerate(parts):
                 table = f"{table}.{part}" if table else part
-                if header[1] == "[[" and place == len(parts) - 1:
+                if header[1] == "[[" and index == len(parts) - 1:
                     last[table] = last.get(table, -1) + 1
                 if table in last:
                     table = f"{table}[{last[table]}]"

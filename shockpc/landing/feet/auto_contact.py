@@ -102,7 +102,7 @@ def with_faces_of(
     if not landing.asked_rows or not has_sole:
         return landing
     flat = with_flat_soles(landing)
-    carried = _with_faces(flat, lambda one: carrying_faces(mechanism(one)))
+    carried = _with_faces(flat, lambda landing: carrying_faces(mechanism(landing)))
     return landing if landing.lifted or carried.lifted else carried
 
 
@@ -116,12 +116,12 @@ def with_flat_soles(landing: PosedLanding) -> PosedLanding:
         if constraint.kind == "stop":
             contacts[number] = _as_point(contact)
             continue
-        placed = _placed(landing, contact, constraint)
+        at_point = _placed(landing, contact, constraint)
         sole = _sole(landing, contact, constraint)
         if sole is not None:
             soles[number] = sole
-            placed = replace(placed, kind="flat")
-        contacts[number] = placed
+            at_point = replace(at_point, kind="flat")
+        contacts[number] = at_point
     return _with_contacts(landing, contacts, soles)
 
 
@@ -164,24 +164,24 @@ def _with_contacts(
 
 def _placed(landing: PosedLanding, contact: Contact, constraint: Constraint) -> Contact:
     """A contact at a definite point, as a point if its kind is open."""
-    placed = _as_point(contact)
+    at_point = _as_point(contact)
     if contact.at != "auto" or contact.offset is not None:
-        return placed
+        return at_point
     robot, strikes = landing.robot, striking(landing.robot, contact.frame)
     is_point = not strikes.shapes or (strikes.is_place and not strikes.is_foot)
     up = constraint.normal @ landing.state.rotation[0, constraint.body]
     origin, tolerance = np.reshape(constraint.point, 3), landing.scene.ground_tolerance
     if is_point or _is_near_lowest(robot, strikes, origin, up, tolerance):
-        return placed
-    own = own_shapes(robot, contact.frame)[0]
-    if own and height_of_lowest(own, up) <= height_of_lowest(strikes.shapes, up) + LEVEL:
-        return replace(placed, at="lowest")
+        return at_point
+    shapes = own_shapes(robot, contact.frame)[0]
+    if shapes and height_of_lowest(shapes, up) <= height_of_lowest(strikes.shapes, up) + LEVEL:
+        return replace(at_point, at="lowest")
     frame = robot.frame(contact.frame)
     low = lowest_points(strikes.shapes, up, 0.0)
     span = float(np.ptp(low, axis=0).max())
     middle = lowest_points(strikes.shapes, up, MIDDLE * max(span, MIDDLE)).mean(axis=0)
     offset = frame.rotation.T @ (middle - frame.offset)
-    return replace(placed, offset=(float(offset[0]), float(offset[1]), float(offset[2])))
+    return replace(at_point, offset=(float(offset[0]), float(offset[1]), float(offset[2])))
 
 
 def _is_near_lowest(

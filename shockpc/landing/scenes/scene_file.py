@@ -68,10 +68,10 @@ def point_at(robot: Robot, text: str) -> Point:
     Raises:
         ShockError: as for `points_at`, or a glob means several points.
     """
-    first, *others = points_at(robot, text)
-    if others:
-        raise robot.unknown("single point", text, (point.label for point in (first, *others)))
-    return first
+    points = points_at(robot, text)
+    if len(points) > 1:
+        raise robot.unknown("single point", text, (point.label for point in points))
+    return points[0]
 
 
 ARM = 0.5

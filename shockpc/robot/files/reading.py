@@ -325,13 +325,13 @@ def decoded(data: bytes) -> str:
     return data.decode()
 
 
-def read_text(path: Path, what: str = "robot file") -> str:
+def read_text(path: Path, kind: str = "robot file") -> str:
     """Read an XML file, as `decoded`; byte-order marks and blanks before it are left out.
 
     Raises:
         RobotError: as `read_file`; or it is empty, or no text.
     """
-    data = read_file(path, what, RobotError)
+    data = read_file(path, kind, RobotError)
     start = data.lstrip(_MARKS_AND_BLANKS)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with {ROOTS}")
@@ -351,13 +351,13 @@ def read_text(path: Path, what: str = "robot file") -> str:
     return text
 
 
-def read_xml(path: Path, what: str = "robot file") -> Element:
+def read_xml(path: Path, kind: str = "robot file") -> Element:
     """Read an XML file and return its root element.
 
     Raises:
         RobotError: as `read_text` and `parse_xml`.
     """
-    return parse_xml(read_text(path, what), path.name)
+    return parse_xml(read_text(path, kind), path.name)
 
 
 @functools.lru_cache(maxsize=2)

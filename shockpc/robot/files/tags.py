@@ -128,8 +128,8 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
     for treatment, texts in by_treatment.items():
         records += [Unread(treatment, text) for text in texts[:_MOST]]
         if len(texts) > _MOST:
-            rest = f"{len(texts) - _MOST} other kinds of tags and attributes are not read either"
-            records.append(Unread(treatment, rest))
+            summary = f"{len(texts) - _MOST} other kinds of tags and attributes are not read either"
+            records.append(Unread(treatment, summary))
     return tuple(records)
 
 

@@ -324,9 +324,9 @@ def _add_joint(
     parts, steps = [], []
     for number in numbers:
         anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
-        part, rest = _single_joint(m, number)
+        part, at_rest = _single_joint(m, number)
         parts.append(part)
-        steps.append(placement * anchor * rest)
+        steps.append(placement * anchor * at_rest)
         placement = anchor.inverse()
     joint = parts[0]
     if len(parts) > 1:
@@ -342,14 +342,14 @@ def _single_joint(m: Any, number: int) -> tuple[Any, pin.SE3]:
     kind = int(m.jnt_type[number])
     axis = np.array(m.jnt_axis[number])
     drawn = float(m.qpos0[m.jnt_qposadr[number]])
-    rest = pin.SE3.Identity()
+    at_rest = pin.SE3.Identity()
     if kind == SLIDE:
-        rest.translation = -drawn * axis
-        return axis_joint("prismatic", *axis.tolist()), rest
+        at_rest.translation = -drawn * axis
+        return axis_joint("prismatic", *axis.tolist()), at_rest
     if kind == HINGE:
-        rest.rotation = pin.AngleAxis(-drawn, axis).matrix()
-        return axis_joint("revolute", *axis.tolist()), rest
-    return pin.JointModelSpherical(), rest
+        at_rest.rotation = pin.AngleAxis(-drawn, axis).matrix()
+        return axis_joint("revolute", *axis.tolist()), at_rest
+    return pin.JointModelSpherical(), at_rest
 
 
 def _postures(file: Compiled, order: Array) -> tuple[dict[str, Array], tuple[str, ...]]:

@@ -55,13 +55,13 @@ def choose(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     coupled = _coupled_to(m, chosen, set(mass))
     _refuse_floating(m, coupled)
 
-    others = [root for root in mass if root not in coupled]
-    bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, others)).tolist())
-    if not others:
+    uncoupled = [root for root in mass if root not in coupled]
+    bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, uncoupled)).tolist())
+    if not uncoupled:
         return RobotBodies(bodies, ())
     names = " and ".join(f'"{m.body(root).name}"' for root in sorted(coupled))
     reason = "which has the contact" if asked_for else "with the most joints"
-    left_out = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in others)
+    left_out = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in uncoupled)
     warning = (
         f"it holds {len(mass)} robots that move independently: {names}, {reason}, is computed, "
         f"and {left_out} left out"

@@ -163,14 +163,14 @@ def _by_pycollada(data: bytes) -> tuple[Array, np.ndarray, bool]:
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     nodes = [(node, np.eye(4)) for node in reversed(Collada(io.BytesIO(data)).scene.nodes)]
     while nodes:
-        node, place = nodes.pop()
+        node, placement = nodes.pop()
         if isinstance(node, Node):
-            nodes += [(child, place @ node.matrix) for child in reversed(node.children)]
+            nodes += [(child, placement @ node.matrix) for child in reversed(node.children)]
         for primitive in node.geometry.primitives if isinstance(node, GeometryNode) else ():
             part = primitive.triangleset() if isinstance(primitive, Polylist) else primitive
             if isinstance(part, TriangleSet) and part.vertex is not None:
                 used, index = np.unique(part.vertex_index, return_inverse=True)
-                vertices.append(part.vertex[used] @ place[:3, :3].T + place[:3, 3])
+                vertices.append(part.vertex[used] @ placement[:3, :3].T + placement[:3, 3])
                 triangles.append(index.reshape(-1, 3) + count)
                 count += len(used)
     return np.concatenate(vertices) * unit, np.concatenate(triangles), y_up

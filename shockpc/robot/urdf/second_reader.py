@@ -128,18 +128,18 @@ def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
     """Differences of the joints: their kinds, limits and followers."""
     rules = {mimic.joint: mimic for mimic in robot.mimics}
     for joint in robot.single_joints:
-        other = joints.get(joint.name)
-        if other is None:
+        record = joints.get(joint.name)
+        if record is None:
             continue
         # a planar joint of the base is computed as a floating one
         base = robot.free_base and joint is robot.joints[0]
-        if _KINDS.get(other.type) != joint.kind and not base:
-            yield f'joint "{joint.name}" is {joint.kind} here and {other.type} there'
+        if _KINDS.get(record.type) != joint.kind and not base:
+            yield f'joint "{joint.name}" is {joint.kind} here and {record.type} there'
         if joint.kind in ("revolute", "prismatic"):
-            limits = _limits(other, joint.limits)
+            limits = _limits(record, joint.limits)
             if limits != joint.limits:
                 yield f'joint "{joint.name}" has limits {joint.limits} here and {limits} there'
-        if not _same_rule(rules.get(joint.name), joint.name, other.mimic, joints):
+        if not _same_rule(rules.get(joint.name), joint.name, record.mimic, joints):
             yield (
                 f'joint "{joint.name}" mimics another joint in another way, or one of the readers '
                 f"has no mimic"

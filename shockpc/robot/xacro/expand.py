@@ -205,12 +205,12 @@ class _Document:
 
     def open(self, filename: str, *_: object, **__: object) -> io.StringIO:
         """A file that the document names, in place of Python's `open`."""
-        place = self.folders.resolve(Path(self.checked(filename)), filename)
-        if not os.path.exists(place):
+        file = self.folders.resolve(Path(self.checked(filename)), filename)
+        if not os.path.exists(file):
             raise FileNotFoundError(errno.ENOENT, "no such file", filename)
-        text = read_text(place)
+        text = read_text(file)
         if text.startswith("<"):
-            parse_xml(text, place.name)  # for its checks
+            parse_xml(text, file.name)  # for its checks
         self.texts.append(text)
         return io.StringIO(text)
 
