@@ -63,6 +63,8 @@ class Kind:
         moves: whether it changes the posture.
         inertial: whether it changes only masses, inertias or armatures, as `row_arrays.inertias`
             computes them.
+        scales: whether it only scales the velocity before the impact, so that no shock depends on
+            it.
         lasting: whether it has an effect only on a landing that lasts.
         of_robot: whether it changes the robot itself, so that no scene contains it.
         changes_lengths: whether it changes lengths of links, and so how loops close.
@@ -87,6 +89,7 @@ class Kind:
     uncertain: bool = False
     moves: bool = False
     inertial: bool = False
+    scales: bool = False
     lasting: bool = False
     of_robot: bool = False
     changes_lengths: bool = False

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 from shockpc.evaluation.column import Column
 from shockpc.evaluation.variations.kinds.posture import beyond_limits
-from shockpc.evaluation.variations.kinds.strike import SPEED
 from shockpc.evaluation.variations.rows import VariedLandings
 from shockpc.profile import profile_of_scene
 from shockpc.show.wording import LEFT_OUT, STICKING, without_value
@@ -35,7 +34,7 @@ def _without_value(summary: Summary[VariedLandings]) -> Iterator[str]:
 def _relative_shock(summary: Summary[VariedLandings]) -> Iterator[str]:
     """That a shock does not depend on the speed, where that varies."""
     places = [extent.column.place.name for extent in summary.extents if extent.column.shock]
-    varies = any(varied.kind == SPEED for varied in summary.evaluation.landings.variations)
+    varies = any(varied.kind.scales for varied in summary.evaluation.landings.variations)
     if places and varies:
         yield (
             f"shock is relative to the contact velocity, and the same at every speed; --quantity "

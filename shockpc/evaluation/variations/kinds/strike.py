@@ -80,5 +80,5 @@ class StrikeAngle(OfStrike):
         return () if landing.plane.level else [Variation(self.word, self, "", self.unit)]
 
 
-SPEED = Speed("speed", "m/s", option="speed")
+SPEED = Speed("speed", "m/s", scales=True, option="speed")
 STRIKE_ANGLE = StrikeAngle("strike-angle", "deg", option="strike-angle")
