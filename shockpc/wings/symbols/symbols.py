@@ -78,8 +78,8 @@ class SymbolSolution(ExactSolution):
         """
         size, jump = self._sizes, entries(self._solution[0])[:, 3]
         light = _length(jump * size) / (_greatest(map(abs, jump)) * _least(size))
-        found: Symbol = _length(self._stiff * size) / self.pivot * light.max(1.0)
-        return found if self.posed.system.base == "free" else found * self._cancellation
+        condition: Symbol = _length(self._stiff * size) / self.pivot * light.max(1.0)
+        return condition if self.posed.system.base == "free" else condition * self._cancellation
 
     @cached_property
     def _responses(self) -> tuple[SymbolMatrix, Numbers]:

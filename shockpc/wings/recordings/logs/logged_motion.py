@@ -381,7 +381,7 @@ class LoggedMotion:
             # the lag.
             shifted = np.lib.stride_tricks.sliding_window_view(rate, len(slope))
             if np.std(slope) > 0.0 and (np.std(shifted, axis=1) > 0.0).all():
-                r = [np.corrcoef(slope, one)[0, 1] for one in shifted]
+                r = [np.corrcoef(slope, part)[0, 1] for part in shifted]
                 lag = (int(np.argmax(r)) - most) * self.interval
                 if max(r) >= ALIKE and lag > max(LEAST_LAG, 1.5 * self.interval):
                     lags[name] = 1e3 * lag

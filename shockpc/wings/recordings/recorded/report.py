@@ -203,12 +203,18 @@ def agreement_sheet(validation: Validation, full: bool = False, intervals: bool 
         if intervals:
             header += [Heading(f"{key}_low", f"{name} low"), Heading(f"{key}_high", f"{name} high")]
     rows: list[Row] = []
-    for one in validation.agreements:
-        if full or one.group:
-            after = None if one.time is None else 1e-3 * one.time
-            row: list[Cell] = [one.model, after, one.name, one.unit, one.n]
+    for agreement in validation.agreements:
+        if full or agreement.group:
+            after = None if agreement.time is None else 1e-3 * agreement.time
+            row: list[Cell] = [
+                agreement.model,
+                after,
+                agreement.name,
+                agreement.unit,
+                agreement.n,
+            ]
             for name in STATISTICS:
-                value, low, high = one.statistics[name]
+                value, low, high = agreement.statistics[name]
                 row += [value, low, high] if intervals else [value]
             rows.append(tuple(row))
     return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)

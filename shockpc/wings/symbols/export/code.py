@@ -25,9 +25,9 @@ class Samples(NamedTuple):
     exact: Array
     size: Array
 
-    def error(self, found: Array) -> float:
+    def error(self, numbers: Array) -> float:
         """The maximum error of numbers (n, m)."""
-        return float(np.max(np.abs(found - self.exact) / (np.abs(self.exact) + self.size)))
+        return float(np.max(np.abs(numbers - self.exact) / (np.abs(self.exact) + self.size)))
 
 
 C_HEADER = """/*
