@@ -276,8 +276,9 @@ def _compile(
             boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
             # A keyframe without a base has it where the model starts.
-            base = tuple(model.qpos0[:7]) if added else ()
-            keys = tuple((name, base + qpos if qpos else qpos) for name, qpos in keys)
+            if added:
+                base = tuple(model.qpos0[:7])
+                keys = tuple((name, qpos and base + qpos) for name, qpos in keys)
     # RuntimeError when an array is too large, or a model is attached to itself
     except (MemoryError, RuntimeError):
         raise RobotError(_TOO_LARGE) from None
