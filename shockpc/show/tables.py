@@ -151,13 +151,6 @@ class Sheet(NamedTuple):
             header.append(Heading.of(text)._replace(key=heading.key) if text else heading)
         return self._replace(header=header)
 
-    def inserted(self, after: str, heading: str, cells: Iterable[Cell]) -> "Sheet":
-        """The table with one more column, behind that of a key."""
-        k = self.keys.index(after) + 1
-        header = [*self.header[:k], heading, *self.header[k:]]
-        rows = [(*row[:k], cell, *row[k:]) for row, cell in zip(self.rows, cells, strict=True)]
-        return self._replace(header=header, rows=rows)
-
     def known(self) -> "Sheet":
         """The table of the columns in which some row has a cell.
 

@@ -9,7 +9,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.robot.usual_base import usual_base
-from shockpc.text.printed import UNITS, count, few, printable
+from shockpc.text.printed import count, few, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.column import Column
@@ -119,12 +119,6 @@ def size_at_place(text: str, column: "Column") -> str:
     Args: column, one of its numbers.
     """
     return f"{'size of ' if column.selection.signed else ''}{at_place(text)} [{column.unit}]"
-
-
-def shown_as(value: float, unit: str, digits: int = 3) -> str:
-    """A value with its unit; radians in degrees, metres in millimetres."""
-    factor, name = UNITS.get(unit, (1.0, unit))
-    return f"{round(factor * value, 12) + 0.0:.{digits}g} {name}"
 
 
 def vector_text(values: Iterable[float]) -> str:

@@ -10,8 +10,8 @@ from shockpc.landing.end_stops import side_of
 from shockpc.method.constraints import Constraint
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
-from shockpc.show.wording import proof_text, shown_as
-from shockpc.text.printed import count
+from shockpc.show.wording import proof_text
+from shockpc.text.printed import count, shown_as
 from shockpc.text.wings import from_wings
 
 NO_MITIGATION = (

@@ -12,7 +12,6 @@ from matplotlib.patches import Patch
 from shockpc.landing.contact import contact_name
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
 from shockpc.show.wording import robot_name, varied_text
-from shockpc.studies.sensitivity.report import step_words
 from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import count, printable
 
@@ -41,8 +40,7 @@ def draw_tornado(sensitivity: Sensitivity) -> Figure:
         _draw_bar(axes, sensitivity, row, effect.up, solid=True)
         _write_share(axes, sensitivity, row, effect.up)
     names = [
-        f"{varied_text(effect.parameter, effect.unit)}   +{step_words(effect)}"
-        for effect in effects
+        f"{varied_text(effect.parameter, effect.unit)}   +{effect.step_text}" for effect in effects
     ]
     axes.set_yticks(range(len(effects)), names)
     # Rows go down, with the largest effect at the top.

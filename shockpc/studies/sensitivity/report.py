@@ -12,8 +12,7 @@ from shockpc.show.document import record
 from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import shown_as
-from shockpc.studies.sensitivity.study import Effect, Sensitivity
+from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import count, listed
 
 ROWS = 16
@@ -119,13 +118,6 @@ def _over(sensitivity: Sensitivity) -> str:
     return f"{'mean' if sensitivity.mean else 'the worst'} of {landings}"
 
 
-def step_words(change: Effect) -> str:
-    """The step of a change in words: a share, an angle or a length."""
-    if not math.isnan(change.share):
-        return f"{100.0 * change.share:.3g} %"
-    return shown_as(change.step, change.unit).removesuffix(" -")
-
-
 def _document(sensitivity: Sensitivity) -> dict[str, Any]:
     """The entries of the document that are no tables."""
     return {
@@ -153,8 +145,7 @@ def _effects(sensitivity: Sensitivity) -> Sheet:
 
     It also has the effects by the drives.
     """
-    changes = map(step_words, (*sensitivity.ranked, *sensitivity.refused))
-    return sheet_of(sensitivity.table, messages="reason").inserted("step", "change", changes)
+    return sheet_of(sensitivity.table, messages="reason")
 
 
 def _derivatives(sensitivity: Sensitivity) -> Sheet:

@@ -45,6 +45,7 @@ from shockpc.studies.sensitivity.slopes import (
 )
 from shockpc.text.display import brief, shown_by
 from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.printed import shown_as
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
@@ -72,6 +73,13 @@ class ParameterChange:
     step: float
     share: float
     parts: Mapping[str, float]
+
+    @property
+    def step_text(self) -> str:
+        """The step in words: a share, an angle or a length."""
+        if not math.isnan(self.share):
+            return f"{100.0 * self.share:.3g} %"
+        return shown_as(self.step, self.unit).removesuffix(" -")
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +180,7 @@ class Sensitivity:
             "value",
             "unit",
             "step",
+            "change",
             f"{name} [{unit}]",
             f"change of {name} [%]",
             f"opposite {name} [{unit}]",
@@ -184,7 +193,7 @@ class Sensitivity:
         rows = []
         for effect in (*self.ranked, *self.refused):
             change, *at_ends = [percents.get(effect.parameter) for percents in by_drives]
-            head = (effect.parameter, effect.value, effect.unit, effect.step)
+            head = (effect.parameter, effect.value, effect.unit, effect.step, effect.step_text)
             numbers = (effect.up, change, effect.down, effect.step * effect.error)
             rows.append((*head, *numbers, *at_ends))
         first = len(self.ranked)

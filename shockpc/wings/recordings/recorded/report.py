@@ -14,9 +14,9 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, unknown_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import LEFT_OUT, proof_lines, robot_line, shown_as, without_value
+from shockpc.show.wording import LEFT_OUT, proof_lines, robot_line, without_value
 from shockpc.text.errors import ShockError
-from shockpc.text.printed import cause_lines, causes, count, few
+from shockpc.text.printed import cause_lines, causes, count, few, shown_as
 from shockpc.wings.recordings.logs.landings import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.wings.recordings.recorded.study import FEWEST, STATISTICS, Validation
 
