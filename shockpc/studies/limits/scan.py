@@ -166,16 +166,13 @@ def scanned(
     scene_strike = int(np.searchsorted(angles, landing.strike_angle))
     missing = np.isnan(numbers[:, scene_strike])
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
+    uncertain = uncertain.reshape(shape)[:, scene_strike] & ~missing
     unreachable = []
     for first, last in _runs(missing):
         reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
         unreachable.append((float(values[first]), float(values[last]), reason))
 
-    # Where a loop cannot be closed beyond, the scan ends.
-    kept = slice(None)
-    if landing.loops and not missing.all():
-        reached = np.flatnonzero(~missing)
-        kept = slice(reached[0], reached[-1] + 1)
+    kept = _closable(missing) if landing.loops else slice(None)
     return Scan(
         sweep=sweep,
         varied=varied,
@@ -187,8 +184,16 @@ def scanned(
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
         unreachable=tuple(unreachable),
-        inaccurate=int((uncertain.reshape(shape)[:, scene_strike] & ~missing).sum()),
+        inaccurate=int(uncertain.sum()),
     )
+
+
+def _closable(missing: np.ndarray) -> slice:
+    """The values of a scan up to those beyond which a loop cannot be closed, by flags (n,)."""
+    if missing.all():
+        return slice(None)
+    reached = np.flatnonzero(~missing)
+    return slice(reached[0], reached[-1] + 1)
 
 
 def _strike_angles(targets: Sequence[Strikes]) -> Array:
