@@ -30,7 +30,7 @@ def test_the_house_is_that_of_the_package():
 
 @pytest.mark.slow
 def test_each_recipe_works(tmp_path):
-    """A quantity, a study, and a wing with a format; without its folder the format is refused."""
+    """A quantity, a kind of variation, a study, and a wing with a format, which can be deleted."""
     copy = tmp_path / "shockpc"
     package = Path(shockpc.__file__).parent
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -41,9 +41,11 @@ def test_each_recipe_works(tmp_path):
             write(tmp_path, place, text)
         elif language == "sh":
             printed += [run(tmp_path, line) for line in text.splitlines()]
-    quantity, table, masses, *_, ball = [done.stdout for done in printed if done.stdout]
+    quantity, table, drops, masses, *_, ball = [done.stdout for done in printed if done.stdout]
     assert "length of Δv" in quantity
     assert table.count("\n") > 3
+    (low, high) = re.findall(r"(?m)^delta_v@imu +m/s +([\d.]+) +[\d.]+ +([\d.]+)", drops)[0]
+    assert float(high) == pytest.approx(2.0 * float(low), rel=1e-3)  # v = √(2 g h)
     above = [float(mass) for mass in re.findall(r"(?m)^\w+_foot\S* +([\d.]+) *$", masses)]
     assert above
     assert min(above) > 1.0

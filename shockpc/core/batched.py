@@ -72,7 +72,7 @@ def batched_shock(
     if contacts is not None:
         strikes = strikes * contacts[..., None]
     v_contacts = strikes * v_contacts
-    free = _free(xp, v.sum(0), locked)
+    free = _free(xp, v.sum(0), locked)  # the sum has the shape (nv,), and the type and device of v
     B, c, d, nv = J_c.shape
     J = (J_c * strikes[..., None]).reshape(B, c * d, nv) * free
 

@@ -242,17 +242,18 @@ class ShockCost:
         unclear = np.zeros(m, dtype=bool)
         for group, columns in zip(self.groups, self._columns, strict=True):
             # Rates of posture and strike are central differences, exact for angles.
-            Q, strikes = group.at(beside).resolved()
-            up, down = np.split(Q, 2)
+            Q_beside, strikes_beside = group.at(beside).resolved()
+            up, down = np.split(Q_beside, 2)
             rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
-            strikes_up, strikes_down = np.split(strikes, 2)
+            strikes_up, strikes_down = np.split(strikes_beside, 2)
             turns = (strikes_up - strikes_down).reshape(m, n, -1, 3) / h[:, None, None]
-            numbers, prove = slopes(
-                group.first, *group.at(X).resolved(), rates, turns, columns, MAX_CONDITION
+            Q, strikes = group.at(X).resolved()
+            numbers, unclear_in_group = slopes(
+                group.first, Q, strikes, rates, turns, columns, MAX_CONDITION
             )
             values.append({name: value for name, (value, _) in numbers.items()})
             changes.append({name: change for name, (_, change) in numbers.items()})
-            unclear |= prove
+            unclear |= unclear_in_group
         of_terms, change_of_terms = self._of_terms(values), self._of_terms(changes)
         # Where double precision is not enough, the values are those of the evaluation.
         if unclear.any():

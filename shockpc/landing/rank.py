@@ -278,9 +278,12 @@ def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
     """
     nb = len(robot.bodies)
     position, rotation = state.position[0], state.rotation[0]
-    # Bodies that body i carries, itself too, and joint velocities behind it.
-    carried = np.repeat(state.ancestors[:, [joint.v.start for joint in robot.joints]].T, 6, axis=0)
-    behind = carried[:, np.argmax(state.ancestors, axis=0), None]
+    # Which bodies body i carries, itself too, and which joint velocities are those of such bodies;
+    # the first body that a velocity moves is the one behind its joint.
+    carries = state.ancestors[:, [joint.v.start for joint in robot.joints]].T
+    carried = np.repeat(carries, 6, axis=0)
+    first_moved = np.argmax(state.ancestors, axis=0)
+    behind = carried[:, first_moved, None]
 
     # The turn is about the joint that carries the body, so that v = shift − ω × pivot.
     motions = STEP * np.tile(np.eye(6), (nb, 1))

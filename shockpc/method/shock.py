@@ -59,9 +59,10 @@ def jumps_of(equation: Equation, delta: Array, bodies: Sequence[int] | None = No
     robot, state = equation.system.robot, equation.state
     # Eq. 7:   Δq̇ = G Δẏ
     delta_qd = equation.full(delta)
-    # Eqs. 8 and 9:   Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i,  from the base to the leaves
-    S = [joint.v for joint in robot.joints]
-    return body_jumps(state.J, S, robot.parents, state.position, delta_qd, bodies)
+    # Eqs. 8 and 9:   Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i,  from the base to the leaves;
+    # S_i are the columns of J that belong to the joint of body i.
+    columns = [joint.v for joint in robot.joints]
+    return body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)
 
 
 def centre_of_percussion(delta_v: Any, normal: Any, turn: Any) -> Any:

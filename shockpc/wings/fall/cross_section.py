@@ -135,9 +135,9 @@ class CrossSection:
 
         It falls forward from there by itself.
 
-        The rotation is that of the first contact with the corner where the centre of mass is in
-        front of it then. The body stands on a side on which it comes to rest before it has tipped
-        by `SETTLES`.
+        The rotation is that at which the centre of mass is above the corner, or at which the corner
+        meets the ground if the centre of mass is in front of it then. Sides that are on the ground
+        within a rotation of `SETTLES` belong to the support if the body comes to rest on them.
         """
         k = corner
         while self.side(k) <= SETTLES:
@@ -153,6 +153,8 @@ class CrossSection:
 
         It rolls there without slip.
         """
+        # Backwards from the balance, where it is at rest: what was gained on the way up is
+        # subtracted (it is negative), and each change of corner had kept a share of the rate.
         last, top = self.balance(corner)
         squared = 0.0
         for k in range(last, corner - 1, -1):

@@ -189,15 +189,16 @@ def _on_side(
         nearest = min(places, key=lambda k: abs(places[k] - pressure))
         return inside, [nearest]
 
-    # By how much its kinetic energy lifts it, (I / m + c²) ω² / 2g; by how much a corner can.
+    # Its kinetic energy lifts the centre of mass by (I / m + c²) ω² / 2g about a corner. To tip
+    # over the corner this takes c − z; a body that is lifted by less than SETTLED rests as well.
     squared_gyration = section.inertia / section.mass
-    heights = []
-    room = [SETTLED * after.z]
+    lifts = []
+    needed = [SETTLED * after.z]
     for k in places:
         c = section.arm(k)[0]
-        heights.append((squared_gyration + c**2) * after.omega**2 / (2.0 * GRAVITY))
-        room.append(c - after.z)
-    return inside and max(heights) < min(room), on_ground
+        lifts.append((squared_gyration + c**2) * after.omega**2 / (2.0 * GRAVITY))
+        needed.append(c - after.z)
+    return inside and max(lifts) < min(needed), on_ground
 
 
 def _phase(section: CrossSection, on: int, start: SectionMotion, friction: float) -> Phase:
@@ -232,16 +233,18 @@ def _pivot(section: CrossSection, on: int, start: SectionMotion, friction: float
     def squared(theta: float) -> float:
         return float(section.squared_rate(on, theta, start))
 
-    # It turns back where ω² would be negative, at most where it is highest.
-    highest = start.theta - phi
-    uphill = highest if sense * (end - highest) > 0.0 > sense * phi else end
-    turns_back = bool(start.omega) and squared(uphill) < 0.0
+    # It turns back where ω² would be negative. ω² is smallest where the arm is vertical, if that is
+    # on the way, else at the end.
+    vertical = start.theta - phi
+    on_the_way = sense * phi < 0.0 and sense * (end - vertical) > 0.0
+    slowest = vertical if on_the_way else end
+    turns_back = bool(start.omega) and squared(slowest) < 0.0
     if turns_back:
-        end = float(brentq(squared, start.theta, uphill, xtol=1e-13))
+        end = float(brentq(squared, start.theta, slowest, xtol=1e-13))
         striking = None
-    slip = None if friction is None else _first_slip(section, on, start, end, friction)
-    if slip is not None:
-        end = slip
+    slips_at = None if friction is None else _first_slip(section, on, start, end, friction)
+    if slips_at is not None:
+        end = slips_at
         striking = None
         turns_back = False
     rate = 0.0 if turns_back else sense * math.sqrt(max(squared(end), 0.0))

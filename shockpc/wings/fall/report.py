@@ -105,8 +105,9 @@ def _contact_law(scene: Scene) -> str:
 
 def _attitudes(falls: Falls) -> str:
     """Text of the attitudes of drops."""
-    kinds = {result.strike.fall.split()[-2:][0] for result in falls.results}
-    if kinds & {"face", "edge", "corner"}:
+    # The names of drops end with "face top", "edge right-top" and so on, or "attitude 1".
+    kinds = {result.strike.fall.split()[-2] for result in falls.results}
+    if "attitude" not in kinds:
         return (
             "faces, edges and corners of the box around the posture, the centre of mass above "
             "it (MIL-STD-810H, method "

@@ -204,7 +204,8 @@ def _first_end_stop(profile: ShockProfile) -> tuple[str, float] | None:
         joint = profile.robot.joint(place.name)
         if joint.kind not in ("revolute", "prismatic") or abs(rate) <= 1e-9:
             continue
-        left = joint.limits[rate > 0.0] - joint.value(profile.q)
+        low, high = joint.limits
+        left = (high if rate > 0.0 else low) - joint.value(profile.q)
         if not (math.isfinite(left) and left * rate > 0.0 and abs(left) > LIMIT_SLACK):
             continue
         if first is None or left / rate < first[1]:

@@ -298,17 +298,17 @@ def with_pressing_contacts(strike: FallStrike, robot: Robot) -> FallStrike:
     Friction is left out where it has no solution.
     """
     scene = strike.scene
-    n = len(scene.contact)
-    m = len(strike.struck)
+    # The first contacts strike, and the others slide; then come the points that stand.
+    struck = len(strike.struck)
+    moving = len(scene.contact)
     pressing = [0]
     remark = ""
-    if n + len(scene.stance) > 1:
-        pressing, remark = _pressing(landing_of(scene, robot), m)
-    # Of the contacts the first m strike, and the others slide; then come those that stand.
-    striking = [k for k in pressing if k < m] or [0]
-    sliding = [k for k in pressing if m <= k < n]
+    if moving + len(scene.stance) > 1:
+        pressing, remark = _pressing(landing_of(scene, robot), struck)
+    striking = [k for k in pressing if k < struck] or [0]
+    sliding = [k for k in pressing if struck <= k < moving]
     contacts = tuple(scene.contact[k] for k in [*striking, *sliding])
-    stance = tuple(scene.stance[k - n] for k in pressing if k >= n)
+    stance = tuple(scene.stance[k - moving] for k in pressing if k >= moving)
     scene = replace(scene, contact=contacts, stance=stance)
     if scene.friction is not None:
         try:
@@ -327,14 +327,14 @@ def with_pressing_contacts(strike: FallStrike, robot: Robot) -> FallStrike:
     )
 
 
-def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
+def _pressing(landing: PosedLanding, struck: int) -> tuple[list[int], str]:
     """The contacts and standing points of a landing that press, and what is wrong with that.
 
-    The first n contacts strike. What stands or slides takes part if it would sink otherwise. Where
-    contacts stick, those that would be pulled are taken out.
+    The first `struck` contacts strike. What stands or slides takes part if it would sink otherwise.
+    Where contacts stick, those that would be pulled are taken out.
     """
     friction = landing.scene.friction
-    pressing = list(range(n))
+    pressing = list(range(struck))
     frames = [place.name for place in landing.contact_places]
     try:
         rows = contact_rows(landing)
@@ -343,11 +343,11 @@ def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
     except (np.linalg.LinAlgError, SceneError, SolveError):
         return pressing, ""  # the landing says why
     # The impulses of what strikes; of all, if those drive what stands or slides into the ground.
-    for m in dict.fromkeys((n, len(frames))):
-        of_first = slice(3 * m)
-        impulse, pressing = _impulses(A[of_first, of_first], v[:m], friction)
+    for taking_part in dict.fromkeys((struck, len(frames))):
+        rows_of = slice(3 * taking_part)
+        impulse, pressing = _impulses(A[rows_of, rows_of], v[:taking_part], friction)
         # Speeds into the ground after it, −(v_n + A_n p), as shares of the largest speed before.
-        after = v[:, 2] + (A[:, of_first] @ impulse.ravel())[2::3]
+        after = v[:, 2] + (A[:, rows_of] @ impulse.ravel())[2::3]
         sinking = -after / np.abs(v).max()
         if sinking.max() <= SINKS:
             break

@@ -272,7 +272,7 @@ def fall(
     results_by_name, refused = landings_of_strikes(motion.strikes, robot, selections, texts, trace)
     if not results_by_name:
         raise next(iter(refused.values()))
-    worse = selections[0].worse
+    worse = selections[0].worse  # the first is that by which strikes are ranked
     results = sorted(
         results_by_name.values(), key=lambda result: -float(worse(result.values[rank]))
     )

@@ -88,7 +88,8 @@ def tip_over(
         least: smallest speed of strikes that are listed [m/s].
 
     Raises:
-        StudyError: it does not tip, or nothing of it strikes.
+        StudyError: it does not tip, its motion has no solution, or most of its mass would be below
+            the ground.
     """
     forward, ends = rigid.edge(heading, together)
     section = rigid.section(forward)
@@ -184,7 +185,10 @@ def _below(
 
 
 def _support(section: CrossSection, together: float) -> tuple[int, float]:
-    """The forward corner of a robot's support, and the rotation at which it impacts down [rad]."""
+    """The forward corner of a robot's support, and the rotation at which that is on the ground.
+
+    The rotation [rad] is zero if it is there already.
+    """
     lowest = section.lowest(0.0)
     ground = section.at(lowest, 0.0)[1]
     # A corner ahead belongs to the support if it is near the ground and the side to it is level.

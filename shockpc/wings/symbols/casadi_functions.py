@@ -86,7 +86,7 @@ def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, 
 def program_of(function: casadi.Function) -> Program:
     """The steps of a function of one vector."""
     n = function.numel_in(0)
-    # By their digits, because NaN is not equal to itself.
+    # Constants are told apart by their digits, because NaN is not equal to itself.
     digits: dict[int, str] = {}
     for k in range(function.n_instructions()):
         if function.instruction_id(k) == casadi.OP_CONST:
@@ -95,9 +95,9 @@ def program_of(function: casadi.Function) -> Program:
     for text in digits.values():
         constants.setdefault(text, n + len(constants))
 
-    # CasADi writes its registers again and again; each value of a program has a number of its own:
+    # CasADi uses a register for several values; in a program each value has a number of its own:
     # inputs first, then constants, then results of operations.
-    numbers = list(OPERATIONS)
+    names = list(OPERATIONS)
     register: dict[int, int] = {}
     operations: list[int] = []
     operands: list[tuple[int, int]] = []
@@ -115,7 +115,7 @@ def program_of(function: casadi.Function) -> Program:
         else:
             operands.append((register[of[0]], register[of[-1]]))
             register[to[0]] = n + len(constants) + len(operations)
-            operations.append(numbers.index(NAMES[operation]))
+            operations.append(names.index(NAMES[operation]))
     return Program(
         inputs=n,
         constants=np.array([float.fromhex(text) for text in constants], dtype=float),

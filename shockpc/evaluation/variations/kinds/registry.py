@@ -6,11 +6,11 @@ from shockpc.evaluation.variations.kinds.contacts import CONTACT, GROUND, OFFSET
 from shockpc.evaluation.variations.kinds.joints import ARMATURE, JOINT_STIFFNESS, PLACE, ROTOR
 from shockpc.evaluation.variations.kinds.links import LINK_PROPERTIES
 from shockpc.evaluation.variations.kinds.posture import ATTITUDES, JOINT_MOTIONS, JOINT_POSITION
-from shockpc.evaluation.variations.kinds.strike import SPEED, STRIKE_ANGLE
+from shockpc.evaluation.variations.kinds.strike import STRIKE_KINDS
 from shockpc.evaluation.variations.variation import Kind
 from shockpc.text.wings import from_wings
 
-_OF_THE_LANDING = (SPEED, STRIKE_ANGLE, *ATTITUDES, *OFFSETS, *GROUND, CONTACT)
+_OF_THE_LANDING = (*STRIKE_KINDS, *ATTITUDES, *OFFSETS, *GROUND, CONTACT)
 _OF_JOINTS = (ARMATURE, ROTOR, JOINT_STIFFNESS, PLACE, *JOINT_MOTIONS)
 _OF_WINGS = chain.from_iterable(from_wings("variations", "KINDS"))
 

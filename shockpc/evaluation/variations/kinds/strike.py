@@ -82,3 +82,8 @@ class StrikeAngle(OfStrike):
 
 SPEED = Speed("speed", "m/s", scales=True, option="speed")
 STRIKE_ANGLE = StrikeAngle("strike-angle", "deg", option="strike-angle")
+
+STRIKE_KINDS = (
+    SPEED,
+    STRIKE_ANGLE,
+)

@@ -46,13 +46,14 @@ def _preference(name: str) -> int:
 def rising_times(
     name: str, values: np.ndarray, remarks: list[str]
 ) -> tuple[float, Array, np.ndarray]:
-    """The first time, the times since then of the samples that are kept [s], and which they are.
+    """The first time, the times since then of the samples that are kept [s], and their rows.
 
     Raises:
         StudyError: they are no times, run back, are too few, or too far apart for the motion of a
             leg.
     """
-    unit = (CLOCK.fullmatch(name) or {2: None})[2]
+    clock = CLOCK.fullmatch(name)
+    unit = clock[2] if clock else None
     if values.ndim != 1 or values.dtype.kind not in "fiuM":
         raise StudyError(
             f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}"
