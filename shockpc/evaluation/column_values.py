@@ -212,7 +212,7 @@ def stops_act(impact: DoubleImpact) -> np.ndarray:
     landing = impact.landing
     robot = landing.robot
     before = landing.before.joint_rates
-    striking = [block for block in landing.contacts if block.kind == "stop"]
+    striking = [constraint for constraint in landing.contacts if constraint.kind == "stop"]
     missed = missed_stops(robot, striking, impact.state.Q, before)[:, None]
     if not landing.scene.stops:
         return missed

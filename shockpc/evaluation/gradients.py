@@ -122,7 +122,7 @@ def slopes(
 def _of_posture(
     landing: PosedLanding,
     state: Dynamics,
-    blocks: Sequence[Constraint],
+    constraints: Sequence[Constraint],
     twists: Array,
     wanted: Sequence[Column],
 ) -> dict[str, tuple[Array, Array]]:
@@ -131,14 +131,14 @@ def _of_posture(
     reaches = [column for column in wanted if column.selection.quantity is REACH]
     if reaches:
         places = [column.place for column in reaches]
-        values, rates = reach_rates(landing, state, blocks, twists, places)
+        values, rates = reach_rates(landing, state, constraints, twists, places)
         for k, column in enumerate(reaches):
             numbers[column.name] = values[:, None, k], rates[:, None, k]
 
     heights = [column for column in wanted if column.selection.quantity in (SPREAD, CLEARANCE)]
     if heights:
         places = [column.place for column in heights]
-        values, rates = height_rates(landing, state, blocks, twists, places)
+        values, rates = height_rates(landing, state, constraints, twists, places)
         for k, column in enumerate(heights):
             # The spread is the first number, before the clearances.
             number = k + 1 if column.selection.quantity is CLEARANCE else 0

@@ -220,7 +220,7 @@ def _footed(landing: PosedLanding) -> set[int]:
 
 def _struck(landing: PosedLanding) -> set[int]:
     """The bodies with a contact."""
-    return {block.body for block in (*landing.contacts, *landing.stance)}
+    return {constraint.body for constraint in (*landing.contacts, *landing.stance)}
 
 
 def _feet(landing: PosedLanding) -> set[int]:

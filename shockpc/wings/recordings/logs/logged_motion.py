@@ -317,8 +317,8 @@ class LoggedMotion:
         for a in range(0, len(points), CHUNK):
             state = dynamics(self.robot, self.Q[a : a + CHUNK])
             for c, contact in enumerate(self.landing.contacts):
-                block = locate_lowest_point(contact, state.rotation[:, contact.body])
-                points[a : a + CHUNK, c] = state.origin + constraint_point(state, block)
+                constraint = locate_lowest_point(contact, state.rotation[:, contact.body])
+                points[a : a + CHUNK, c] = state.origin + constraint_point(state, constraint)
         return points
 
     def rail_before(

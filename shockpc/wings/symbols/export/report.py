@@ -31,10 +31,11 @@ def export_report(study: Export) -> Report:
 
 def _lines(study: Export) -> list[tuple[str, str]]:
     landing, n = study.landing, len(study.samples.inputs)
+    contacts = [constraint.name for constraint in (*landing.contacts, *landing.stance)]
     left_out = f"; {count(study.singular, 'other')} singular or nearly so" if study.singular else ""
     lines = [
         ("robot", f"{landing.robot.label} ({landing.robot.name})"),
-        ("contact", ", ".join(block.name for block in (*landing.contacts, *landing.stance))),
+        ("contact", ", ".join(contacts)),
         (
             "code",
             f"{LANGUAGES[study.lang]}, {len(study.symbols.program.operation)} operations; files of "
