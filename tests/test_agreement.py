@@ -14,7 +14,7 @@ from shockpc import Contact, Design, Joints, Part, Posture, Scene, Strike, Study
 from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.evaluation.column import Column, places_at, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import proven_profiles
 from shockpc.evaluation.variations.arguments import varied_landings
 from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.studies.check.study import check_budgets
@@ -171,7 +171,7 @@ def test_a_new_study_refuses_options_without_effect(given):
         return Evaluation(source, (Column(selection, places[0]),), prove=0).table
 
     def by_profiles(key):
-        return proven({"landing": (scene, known_robot("anymal_b"))}, [select(key)])
+        return proven_profiles({"landing": (scene, known_robot("anymal_b"))}, [select(key)])
 
     for study in (by_columns, by_profiles):
         with pytest.raises(StudyError, match=next(iter(given)).replace("_", " ")):

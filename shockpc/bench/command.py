@@ -6,7 +6,7 @@ from pathlib import Path
 
 from shockpc.cli.declared import argument, command
 from shockpc.cli.options import SceneOptions, in_output
-from shockpc.cli.parse import out_folder, robot_name
+from shockpc.cli.parse import out_folder, typed_robot
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -20,7 +20,7 @@ def bench(
     robot: str | None = argument(
         "A robot file, a robot's name or a scene (TOML); without it the standing suite runs.",
         "ROBOT",
-        robot_name,
+        typed_robot,
     ),
     out: Path | None = in_output(
         "Folder of the report. [default: out/bench for the suite, none for a landing]",

@@ -16,7 +16,7 @@ import pinocchio as pin
 from shockpc import ShockMaps, StudyError, shock_maps, symbolic
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import cost
-from shockpc.bench.methods import Prepared, System, UnsuitedError, system_of
+from shockpc.bench.methods import PinocchioSystem, Prepared, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.spatial import Array
 from shockpc.profile import ILL_CONDITIONED
@@ -44,14 +44,14 @@ IN_SYMBOLS = ("anymal_b", "go2", "g1")
 WITH_DERIVATIVES = 256
 """Postures in which maps have derivatives, which take much memory."""
 
-Way: TypeAlias = Callable[[System, Array], Prepared]
+Way: TypeAlias = Callable[[PinocchioSystem, Array], Prepared]
 """Makes what computes a landing in postures (N, nq) ready.
 
 It raises `UnsuitedError` or `StudyError` where it cannot.
 """
 
 
-def many_system(name: str) -> System:
+def many_system(name: str) -> PinocchioSystem:
     """The landing of a robot of `STRUCK`, in one posture."""
     if name.startswith("chain"):
         robot = chain(np.ones(100), np.full(100, 0.05))
@@ -60,14 +60,14 @@ def many_system(name: str) -> System:
     return system_of(*landing(robot, STRUCK[name]))
 
 
-def random_postures(system: System, n: int) -> Array:
+def random_postures(system: PinocchioSystem, n: int) -> Array:
     """Random postures (n, nq) around the scene's: joints and base are rotated by about 20°."""
     steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
     steps[:, :3] = 0.0
     return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])
 
 
-def _bare_loop(system: System, Q: Array) -> Prepared:
+def _bare_loop(system: PinocchioSystem, Q: Array) -> Prepared:
     """The shortest loop in Pinocchio: a frame's Jacobian, and impulseDynamics for one direction.
 
     It gives joint velocities alone.
@@ -96,7 +96,7 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
     return Prepared(run, read)
 
 
-def _batched(system: System, Q: Array) -> Prepared:
+def _batched(system: PinocchioSystem, Q: Array) -> Prepared:
     """The batched path of the package; its maps are in world axes."""
 
     def read(result: ShockMaps) -> Array:
@@ -118,7 +118,7 @@ def _comparison(
     robots: Sequence[str],
     ways: dict[str, Way],
     n: int,
-    expected: Callable[[System, Array], Callable[[Array], Array]],
+    expected: Callable[[PinocchioSystem, Array], Callable[[Array], Array]],
     budget: float,
 ) -> Sheet:
     """Results of several ways in many postures, and their run times against that of the first.
@@ -164,7 +164,7 @@ def _largest_difference(result: Array, right: Array) -> float:
 def many_postures(budget: float) -> Sheet:
     """The batched path and its peers. Args: budget for each clock [s]."""
 
-    def expected(system: System, Q: Array) -> Callable[[Array], Array]:
+    def expected(system: PinocchioSystem, Q: Array) -> Callable[[Array], Array]:
         batched, velocity = _batched(system, Q), system.landing.before.velocity
         maps = batched.read(batched.run())
         return lambda jumps: maps if jumps.shape[-1] == 3 else (maps @ velocity)[..., None]
@@ -178,14 +178,14 @@ def many_postures(budget: float) -> Sheet:
     )
 
 
-def _loop_to_shocks(system: System, Q: Array) -> Prepared:
+def _loop_to_shocks(system: PinocchioSystem, Q: Array) -> Prepared:
     loop, speed = _bare_loop(system, Q), np.linalg.norm(system.landing.before.velocity)
     return loop._replace(
         read=lambda after: np.linalg.norm(loop.read(after)[..., 3:, 0], axis=-1) / speed
     )
 
 
-def _maps(derivatives: bool, system: System, Q: Array) -> Prepared:
+def _maps(derivatives: bool, system: PinocchioSystem, Q: Array) -> Prepared:
     Q = Q[:WITH_DERIVATIVES] if derivatives else Q
     names = [body.name for body in system.landing.robot.bodies]
     return Prepared(
@@ -194,7 +194,7 @@ def _maps(derivatives: bool, system: System, Q: Array) -> Prepared:
     )
 
 
-def _symbols(bodies: int | None, system: System) -> SymbolicLanding:
+def _symbols(bodies: int | None, system: PinocchioSystem) -> SymbolicLanding:
     """The shock of so many bodies, or of all, in symbols."""
     robot = system.landing.robot
     return symbolic(
@@ -202,7 +202,7 @@ def _symbols(bodies: int | None, system: System) -> SymbolicLanding:
     )
 
 
-def _in_numpy(bodies: int | None, system: System, Q: Array) -> Prepared:
+def _in_numpy(bodies: int | None, system: PinocchioSystem, Q: Array) -> Prepared:
     symbols = _symbols(bodies, system)
     return Prepared(
         partial(symbols.value, Q),
@@ -210,7 +210,7 @@ def _in_numpy(bodies: int | None, system: System, Q: Array) -> Prepared:
     )
 
 
-def _slope_in_numpy(system: System, Q: Array) -> Prepared:
+def _slope_in_numpy(system: PinocchioSystem, Q: Array) -> Prepared:
     return Prepared(
         partial(_symbols(1, system).slopes, Q),
         lambda slopes: np.stack(list(slopes[0].values()), axis=1),
@@ -226,7 +226,7 @@ void many(long n, const double *q, const double *strike, double *out)
 """
 
 
-def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
+def _in_c(bodies: int | None, system: PinocchioSystem, Q: Array) -> Prepared:
     """The code that `shockpc export` writes, compiled."""
     if not shutil.which("cc"):
         raise UnsuitedError("cc is not installed")
@@ -270,7 +270,7 @@ WAYS: dict[str, Way] = {
 def in_symbols(budget: float) -> Sheet:
     """Maps, and numbers of the same landings in symbols. Args: budget for each clock [s]."""
 
-    def expected(system: System, Q: Array) -> Callable[[Array], Array]:
+    def expected(system: PinocchioSystem, Q: Array) -> Callable[[Array], Array]:
         maps = _maps(False, system, Q)
         shocks = maps.read(maps.run())
         return lambda result: shocks[: len(result), : result.shape[1]]

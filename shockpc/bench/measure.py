@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc import ShockError, ShockProfile, shock_profile
 from shockpc.bench.cases import Trial
-from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
+from shockpc.bench.methods import PROVEN, Method, PinocchioSystem, UnsuitedError, system_of
 from shockpc.impact.landed import LandingProof
 from shockpc.judgement.accuracy import double_error
 
@@ -109,7 +109,7 @@ def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[R
 
 def _result(
     result: Callable[..., Result],
-    system: System,
+    system: PinocchioSystem,
     proof: LandingProof | None,
     method: Method,
     budget: float,

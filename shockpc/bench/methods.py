@@ -23,7 +23,7 @@ class UnsuitedError(SceneError):
     """A method cannot take a scene; the text says why."""
 
 
-class Held(NamedTuple):
+class FrameConstraint(NamedTuple):
     """What a contact, a standing foot or a loop holds.
 
     Attributes:
@@ -35,7 +35,7 @@ class Held(NamedTuple):
     ends: list[tuple[int, float]]
 
 
-class System(NamedTuple):
+class PinocchioSystem(NamedTuple):
     """A landing ready for every method.
 
     Attributes:
@@ -51,7 +51,7 @@ class System(NamedTuple):
 
     landing: PosedLanding
     model: pin.Model
-    constraints: list[Held]
+    constraints: list[FrameConstraint]
     v: Array
     b: Array
     G: Array | None
@@ -104,7 +104,7 @@ class System(NamedTuple):
         return points
 
 
-def system_of(robot: Robot, scene: Scene) -> System:
+def system_of(robot: Robot, scene: Scene) -> PinocchioSystem:
     """Prepare a scene.
 
     Raises:
@@ -118,10 +118,10 @@ def system_of(robot: Robot, scene: Scene) -> System:
     b = approach_speeds(landing.state, rows, landing.before)
     G = landing.free_columns(landing.state)
     v = _velocities(landing)
-    return System(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
+    return PinocchioSystem(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
 
 
-def _held(landing: PosedLanding, constraint: Constraint, model: pin.Model) -> Held:
+def _held(landing: PosedLanding, constraint: Constraint, model: pin.Model) -> FrameConstraint:
     """Rows of a constraint, for which frames at its point are added to the model.
 
     It acts on the second of the bodies that it connects with the opposite sign.
@@ -142,7 +142,7 @@ def _held(landing: PosedLanding, constraint: Constraint, model: pin.Model) -> He
             name = f"end {len(model.frames)}"
             frame = pin.Frame(name, body.joint, 0, in_joint, pin.FrameType.OP_FRAME)
             ends.append((model.addFrame(frame), sign))
-    return Held(axes, ends)
+    return FrameConstraint(axes, ends)
 
 
 def _velocities(landing: PosedLanding) -> Array:
@@ -170,11 +170,11 @@ class Prepared(NamedTuple):
     approximates: bool = False
 
 
-Method = Callable[[System], Prepared]
+Method = Callable[[PinocchioSystem], Prepared]
 """Makes a method ready for a system; raises `UnsuitedError` for one that it cannot take."""
 
 
-def _proven(system: System) -> Prepared:
+def _proven(system: PinocchioSystem) -> Prepared:
     """The package: steps 1 and 2, and the proof; what is derived is computed when it is read."""
     return Prepared(
         lambda: shock_profile(system.landing.scene, system.landing.robot),
@@ -182,7 +182,7 @@ def _proven(system: System) -> Prepared:
     )
 
 
-def all_quantities(system: System) -> Prepared:
+def all_quantities(system: PinocchioSystem) -> Prepared:
     """The package: a whole analysis, every number that its document holds."""
     scene, robot = system.landing.scene, system.landing.robot
 
@@ -205,7 +205,9 @@ def double_jumps(landing: PosedLanding) -> Array:
     return np.asarray(in_body_axes.reshape(-1, 6))
 
 
-def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
+def _joint_space(
+    solve: Callable[[Array, Array, Array], Array], system: PinocchioSystem
+) -> Prepared:
     """Solve for joint velocities: assemble, reduce by G, and solve.
 
     Pinocchio carries the jump to the bodies.
@@ -272,7 +274,7 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
     return np.asarray(particular - G @ np.linalg.solve(HG, G.T @ (H @ particular)))
 
 
-def _one_restitution(system: System) -> float:
+def _one_restitution(system: PinocchioSystem) -> float:
     """The restitution that Pinocchio's functions take.
 
     They take no system where something else is held.
@@ -291,7 +293,7 @@ def _one_restitution(system: System) -> float:
     return float(e.pop())
 
 
-def _pin_jacobian(system: System) -> Prepared:
+def _pin_jacobian(system: PinocchioSystem) -> Prepared:
     """pin.impulseDynamics with a constraint Jacobian."""
     e, data = _one_restitution(system), system.model.createData()
 
@@ -303,7 +305,7 @@ def _pin_jacobian(system: System) -> Prepared:
     return Prepared(run, system.jumps)
 
 
-def _pin_constraints(mu: float, system: System) -> Prepared:
+def _pin_constraints(mu: float, system: PinocchioSystem) -> Prepared:
     """pin.impulseDynamics with rigid constraint models.
 
     The damping µ stays in the answer: the function solves once.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.methods import Method, Prepared, System, UnsuitedError
+from shockpc.bench.methods import Method, PinocchioSystem, Prepared, UnsuitedError
 from shockpc.core.spatial import Array
 
 try:
@@ -31,7 +31,7 @@ KINDS = {
 """MuJoCo's joint for a kind of ours."""
 
 
-def _model(system: System, tau: float | None = None) -> Any:
+def _model(system: PinocchioSystem, tau: float | None = None) -> Any:
     """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing.
 
     Body and joint have one number. With a time constant τ [s], a spring and damper act between
@@ -61,7 +61,7 @@ def _model(system: System, tau: float | None = None) -> Any:
         ) from None
 
 
-def _add_bodies(spec: Any, system: System, data: pin.Data) -> list[Any]:
+def _add_bodies(spec: Any, system: PinocchioSystem, data: pin.Data) -> list[Any]:
     """Add the bodies of a robot with their joints; the world and them, by Pinocchio's joints.
 
     Args: data, Pinocchio's, with the kinematics of the landing's posture.
@@ -94,7 +94,9 @@ def _add_bodies(spec: Any, system: System, data: pin.Data) -> list[Any]:
     return bodies
 
 
-def _add_contacts(spec: Any, system: System, data: pin.Data, bodies: list[Any], tau: float) -> None:
+def _add_contacts(
+    spec: Any, system: PinocchioSystem, data: pin.Data, bodies: list[Any], tau: float
+) -> None:
     """Add each contact as an equality of two sites, which holds the foot where it strikes.
 
     Args: as of `_add_bodies` and `_model`.
@@ -112,7 +114,7 @@ def _add_contacts(spec: Any, system: System, data: pin.Data, bodies: list[Any], 
         )
 
 
-def _jumps(system: System, peer: Any, data: Any) -> Array:
+def _jumps(system: PinocchioSystem, peer: Any, data: Any) -> Array:
     """Jumps (nb, 6) of the bodies from `data.cvel`."""
     motions, velocity = [pin.Motion.Zero()], np.empty(6)
     for i in range(1, peer.nbody):
@@ -127,7 +129,7 @@ def _set_posture(peer: Any, data: Any, q: Array) -> None:
     mujoco.mj_comPos(peer, data)
 
 
-def _simulation(tau: float, system: System) -> Prepared:
+def _simulation(tau: float, system: PinocchioSystem) -> Prepared:
     """A landing in MuJoCo until the speed of the contact has decayed: 20 τ.
 
     It takes two steps in τ, the fewest that MuJoCo allows.
@@ -163,7 +165,7 @@ class _Postures:
         qpos: (N, nq) postures, in which the base is where it is in the landing.
     """
 
-    def __init__(self, system: System, Q: Array) -> None:
+    def __init__(self, system: PinocchioSystem, Q: Array) -> None:
         ((self._body, self._foot),) = system.contact_points()
         self._system = system
         self.peer = _model(system)
@@ -206,7 +208,7 @@ class _Postures:
         return np.moveaxis(np.reshape(maps, (len(self.qpos), 3, -1, 6)), 1, -1)
 
 
-def batch_in_mujoco(system: System, Q: Array) -> Prepared:
+def batch_in_mujoco(system: PinocchioSystem, Q: Array) -> Prepared:
     """The impulsive equation of one sticking point of a free robot, for three directions.
 
     It is solved with MuJoCo's matrices and sparse factor. The base is where it is in the landing in

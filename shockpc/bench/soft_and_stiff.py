@@ -14,7 +14,7 @@ import numpy as np
 from shockpc import ShockProfile, shock_profile
 from shockpc.bench.cases import known_robot, landing
 from shockpc.bench.measure import timed
-from shockpc.bench.methods import System, UnsuitedError, system_of
+from shockpc.bench.methods import PinocchioSystem, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.core.spatial import Array
 from shockpc.judgement.accuracy import double_error
@@ -98,7 +98,7 @@ def _compliant_rows(limit: ShockProfile, budget: float) -> list[Row]:
     return rows
 
 
-def _mujoco_rows(limit: ShockProfile, system: System, budget: float) -> list[Row]:
+def _mujoco_rows(limit: ShockProfile, system: PinocchioSystem, budget: float) -> list[Row]:
     """MuJoCo's landings; its contacts are as stiff as their time constant τ is short."""
     approach = _Approach(limit, budget)
     rows: list[Row] = []

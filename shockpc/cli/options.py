@@ -23,10 +23,10 @@ from shockpc.cli.parse import (
     out_folder,
     path,
     plane,
-    robot_name,
     rotor,
     setting,
     stiffness,
+    typed_robot,
     vector,
     whole_number,
 )
@@ -46,7 +46,7 @@ in_output, in_run = group("Output"), group("How it is computed, and where it is 
 ROBOT = argument(
     "A robot's name or file (URDF, xacro, MJCF, SDFormat), a scene (.toml) or BUDGETS.toml:CASE.",
     "ROBOT",
-    robot_name,
+    typed_robot,
 )
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 MESHES = _in_files("Folder in which missing meshes are searched by their file names.", "DIR", path)

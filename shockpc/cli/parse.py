@@ -225,7 +225,7 @@ def path(text: str) -> Path:
         raise typer.BadParameter(str(refusal)) from None
 
 
-def robot_name(text: str) -> str:
+def typed_robot(text: str) -> str:
     """A robot's name or path as it was typed.
 
     It is kept because `./dog` is a path and `dog` a name; what cannot be a path is neither.

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from shockpc.cli.declared import argument
 from shockpc.cli.options import ROBOT, SceneOptions
-from shockpc.cli.parse import robot_name
+from shockpc.cli.parse import typed_robot
 from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.designs import Design
 from shockpc.robot.robot import Robot
@@ -80,7 +80,7 @@ def _designs(line: CommandLine) -> tuple[Robot, dict[str, Any]]:
 
 def _several(help_: str, form: str) -> tuple[Any, Any]:
     """Type and declaration of one or more names of robots, robot files or scenes."""
-    return tuple[str, ...], argument(help_, form, robot_name, default=...)
+    return tuple[str, ...], argument(help_, form, typed_robot, default=...)
 
 
 INPUTS: dict[str, Input] = {

@@ -10,7 +10,7 @@ from shockpc.evaluation.column import selected
 from shockpc.evaluation.designs import Design
 from shockpc.evaluation.drive_ends import End, at_drive_ends
 from shockpc.evaluation.partners import KINDS, Partners, matching, partners
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import proven_profiles
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scenes.scene import Scene
@@ -284,7 +284,7 @@ def _profiles(
     """
     cases = {str(k): (design.scene, design.robot) for k, design in enumerate(designs)}
     profiles = []
-    for design, result in zip(designs, proven(cases, selections).values(), strict=True):
+    for design, result in zip(designs, proven_profiles(cases, selections).values(), strict=True):
         if isinstance(result, (SceneError, SolveError)):
             raise type(result)(f"{design.label}: {result}", **result.data)
         if isinstance(result, ShockError):

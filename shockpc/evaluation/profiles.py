@@ -13,7 +13,7 @@ from shockpc.text.errors import ShockError, attempt, traces
 from shockpc.text.trace import Trace
 
 
-def proven(
+def proven_profiles(
     cases: Mapping[str, tuple[Scene, Robot]],
     selections: Sequence[Selection] | None,
     trace: Trace | None = None,
@@ -63,7 +63,7 @@ def profiles_and_failures(
     """
     computed: dict[str, ShockProfile] = {}
     failures: dict[str, ShockError] = {}
-    for name, result in proven(cases, None, trace, done).items():
+    for name, result in proven_profiles(cases, None, trace, done).items():
         if isinstance(result, ShockError):
             failures[name] = result
         else:
@@ -82,7 +82,7 @@ def profiles(
         ShockError: the first of these.
     """
     read: dict[str, ShockProfile] = {}
-    for name, result in proven(cases, None, trace).items():
+    for name, result in proven_profiles(cases, None, trace).items():
         if isinstance(result, ShockError):
             raise result
         read[name] = result

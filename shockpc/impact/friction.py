@@ -277,7 +277,7 @@ def friction_problems(
     return problem, to_contacts
 
 
-def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
+def joined_problems(problems: Sequence[FrictionProblem]) -> FrictionProblem:
     """Problems as one, in the postures of all of them.
 
     They have equally many contacts, stops, free velocities and strikes.

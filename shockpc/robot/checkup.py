@@ -17,7 +17,7 @@ from shockpc.robot.files.tags import URDF, unread
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.shapes.geometry import inertias_about_origins, inflated_inertias, size_text
 from shockpc.robot.tolerances import inertia_fault, negative_moment
-from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.numbers import finite_numbers
 from shockpc.robot.urdf.places import AXIS
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed, plural
@@ -245,7 +245,7 @@ def _axes(root: Element) -> Iterator[tuple[Level, str, str, str]]:
         axis = joint.find("axis")
         if axis is None or joint.get("type") == "fixed":
             continue
-        direction = vector(axis.get("xyz"), 3)
+        direction = finite_numbers(axis.get("xyz"), 3)
         if direction is None:
             continue
         length = float(np.linalg.norm(direction))

@@ -64,7 +64,7 @@ class RowScenes:
                 continue
             for value in varied.values:
                 scene, _ = varied.applied(self._scene, self._robot, value)
-                contacts[str(value)] = definite(scene, self._robot).contact
+                contacts[str(value)] = definite_scene(scene, self._robot).contact
         return contacts
 
     def landing(self, values: Mapping[Variation, Any]) -> PosedLanding:
@@ -120,7 +120,7 @@ class RowScenes:
         return replace(scene, posture=closed.posture, assemble=closed.assemble)
 
 
-def definite(scene: Scene, robot: Robot) -> Scene:
+def definite_scene(scene: Scene, robot: Robot) -> Scene:
     """A scene with definite contacts; as it is if its posture is no landing, as rows report."""
     try:
         return with_definite_contacts(scene, robot)

@@ -17,7 +17,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variations.row_arrays import RowInertias, RowPostures, RowStrikes
-from shockpc.evaluation.variations.row_scenes import RowScenes, definite
+from shockpc.evaluation.variations.row_scenes import RowScenes, definite_scene
 from shockpc.evaluation.variations.row_values import (
     RowValues,
     equal_rows,
@@ -72,7 +72,7 @@ class VariedLandings:
         """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
         scene = prepared(self.scene, self.variations)
         if not any(varied.kind.names_contacts for varied in self.variations):
-            scene = definite(scene, self.robot)
+            scene = definite_scene(scene, self.robot)
         object.__setattr__(self, "scene", scene)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from shockpc.robot.shapes.convex import Shape, checked_shape, primitive
 from shockpc.robot.shapes.mesh import Mesh, outer_vertices
 from shockpc.robot.shapes.mesh_files import read_mesh
 from shockpc.robot.tolerances import inertia_fault
-from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.numbers import finite_numbers
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import few, listed
@@ -469,7 +469,7 @@ def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) ->
 def _numbers(element: Element | None, key: str, size: int, default: str = "") -> Array:
     """The numbers (size,) of an attribute."""
     text = default if element is None else element.get(key, default)
-    values = vector(text, size)
+    values = finite_numbers(text, size)
     if values is None:
         raise ValueError(
             f'its {key} is "{text}"; it has to be {size} finite number{"s" * (size > 1)}'

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.urdf.numbers import grouped, vector
+from shockpc.robot.urdf.numbers import finite_numbers, grouped
 from shockpc.text.errors import RobotError
 
 _RATIOS = ("mechanicalReduction", "mechanical_reduction")
@@ -110,7 +110,7 @@ class _Drives:
         text = dynamics.get(key)
         if text is None:
             return None
-        value = vector(text, 1)
+        value = finite_numbers(text, 1)
         if value is None:
             fault = f'its {key} is "{text}", which is no finite number, so it is not read'
             self.faults.append(("joint", name, fault))
@@ -138,7 +138,7 @@ class _Drives:
             written = list(_reductions(transmission, (*actuators, *driven)))
         ratio = 1.0
         for text in written:
-            factor = vector(text, 1)
+            factor = finite_numbers(text, 1)
             if factor is None:
                 fault = f'the ratio of its transmission is "{text}"; it has to be a finite number'
                 if inertia:
@@ -221,7 +221,7 @@ def _at_least_zero(joint: str, quantity: str, text: str | None) -> float:
 
     It is refused if it is empty, negative or not finite.
     """
-    value = vector("0" if text is None else text, 1)
+    value = finite_numbers("0" if text is None else text, 1)
     if value is None or value[0] < 0.0:
         raise RobotError(
             f'joint "{joint}": its {quantity} is "{text}"; it has to be one finite number not '

@@ -13,7 +13,7 @@ from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 
-def vector(text: str | None, size: int) -> Array | None:
+def finite_numbers(text: str | None, size: int) -> Array | None:
     """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
     try:
         values = [number_from(word) for word in (text or "").split()]
@@ -37,7 +37,7 @@ def numbers(
     """
     element = owner.find(tag)
     text = default if element is None else element.get(key, default)
-    attribute, values = f"<{tag}> {key}", vector(text, size)
+    attribute, values = f"<{tag}> {key}", finite_numbers(text, size)
     if values is None:
         fault = f'is "{text}"' if text else "is missing"
         wanted = (

@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.robot.bodies_and_joints import Frame, Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LINKS
-from shockpc.robot.urdf.numbers import grouped, place_of, vector
+from shockpc.robot.urdf.numbers import finite_numbers, grouped, place_of
 from shockpc.text.errors import RobotError
 
 LEVER = 0.1
@@ -117,7 +117,7 @@ def _pose(pose: Element | None) -> pin.SE3 | None:
     by_angles = pose.get("rotation_format", "euler_rpy") == "euler_rpy"
     values = np.zeros(6)
     if (pose.text or "").strip():
-        read = vector(pose.text, 6)
+        read = finite_numbers(pose.text, 6)
         if read is None:
             return None
         values = read
@@ -244,7 +244,7 @@ def _loop_joint(robot: Robot, joint: Element, name: str, is_ball: bool) -> list[
     if kind not in (*_HINGES, *_BALLS, "fixed", "prismatic"):
         return f'is of type "{kind}", which closes no loop that is computed'
     written = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
-    direction = vector(written, 3)
+    direction = finite_numbers(written, 3)
     if direction is None or not 1e-100 < np.abs(direction).max() < 1e100:
         return "has an axis without a direction"
     a, b = (
@@ -266,7 +266,7 @@ def _ball_constraint(robot: Robot, constraint: Element, name: str) -> list[Loop]
     for link, key in zip(links, ("p_AP", "p_BQ"), strict=True):
         point: Array | None = np.zeros(3)
         if key in parts:
-            point = vector(parts[key].get("value"), 3)
+            point = finite_numbers(parts[key].get("value"), 3)
         if point is None:
             return "has a point that cannot be read"
         ends.append(_end(robot.frames[link], pin.SE3(np.eye(3), point)))

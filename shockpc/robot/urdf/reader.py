@@ -24,7 +24,7 @@ from shockpc.robot.pinocchio_joints import add_joint, axis_joint
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_tree
 from shockpc.robot.urdf.drives import read_drives, with_rest
-from shockpc.robot.urdf.numbers import grouped, numbers, place_of, vector
+from shockpc.robot.urdf.numbers import finite_numbers, grouped, numbers, place_of
 from shockpc.robot.urdf.places import add_places, ball_joints, read_loops
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
@@ -118,7 +118,7 @@ def _angles(part: Element, quaternion: str, version: str, subject: str) -> list[
             f'for which readers leave it out; write <robot version="1.1"> if it is meant, or rpy '
             f"in place of it"
         )
-    values = vector(quaternion, 4)
+    values = finite_numbers(quaternion, 4)
     if values is None or not 1e-100 < float(np.linalg.norm(values)) < 1e100:
         raise RobotError(
             f"{subject}: {name} is no rotation; it has to be four finite numbers x, y, z, w, not "

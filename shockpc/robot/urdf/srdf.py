@@ -14,7 +14,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files.reading import read_xml
 from shockpc.robot.pinocchio_joints import has_free_base
-from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.numbers import finite_numbers
 from shockpc.text.errors import RobotError
 
 
@@ -51,8 +51,8 @@ def _set_joint(q: Array, model: pin.Model, entry: Element, title: str) -> None:
     if not base and not model.existJointName(name):
         return
     joint = model.joints[1 if base else model.getJointId(name)]
-    values = vector(text, joint.nq)
-    angle = vector(text, 1)
+    values = finite_numbers(text, joint.nq)
+    angle = finite_numbers(text, 1)
     if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
         values = np.array([math.cos(angle[0]), math.sin(angle[0])])
     if values is None:
@@ -67,8 +67,8 @@ def _add_rotor(model: pin.Model, entry: Element, file: str) -> None:
     """Set the reflected inertia of a joint, ratio² · inertia of the rotor."""
     name = entry.get("name", "")
     # The attribute that holds the inertia of the rotor is called mass.
-    inertia = vector(entry.get("mass"), 1)
-    ratio = vector(entry.get("gear_ratio"), 1)
+    inertia = finite_numbers(entry.get("mass"), 1)
+    ratio = finite_numbers(entry.get("gear_ratio"), 1)
     if inertia is None or ratio is None or inertia[0] < 0.0:
         raise RobotError(
             f'{file}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and '

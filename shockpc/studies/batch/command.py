@@ -6,7 +6,7 @@ from typing import Any
 from shockpc.cli.declared import argument, command, group
 from shockpc.cli.options import JOBS, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import robot_name, whole_number
+from shockpc.cli.parse import typed_robot, whole_number
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study_command import help_of, study_arguments, study_options
@@ -24,7 +24,7 @@ _in_robots = group("Robots")
 def batch(
     *,
     names: tuple[str, ...] = argument(
-        "Robots by name, robot files and scenes.", "[ROBOT]...", robot_name
+        "Robots by name, robot files and scenes.", "[ROBOT]...", typed_robot
     ),
     robots: tuple[str, ...] = _in_robots(
         "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.",

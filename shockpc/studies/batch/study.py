@@ -13,7 +13,7 @@ import numpy as np
 from shockpc.evaluation.column import selected
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import proven_profiles
 from shockpc.judgement.drive_range import range_of
 from shockpc.judgement.first_number import imu_places
 from shockpc.judgement.standing import posture_marks
@@ -172,7 +172,7 @@ def _solved(
     """The scenes of a robot, each with its profile or why there is none."""
     robot, scenes = read(name)
     cases = {str(k): (scene, robot) for k, scene in enumerate(scenes)}
-    results = proven(cases, selections)
+    results = proven_profiles(cases, selections)
     return [(scene, results[key]) for key, (scene, _) in cases.items()]
 
 

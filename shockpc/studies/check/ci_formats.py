@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.studies.check.outcome import Check, Outcome
 from shockpc.studies.check.study import MOST_CHANGES
-from shockpc.studies.check.texts import angle_text, joint_model, order, place_text
+from shockpc.studies.check.texts import case_angle_text, case_joints_text, order, place_text
 from shockpc.text.printed import count, few, printable
 
 LIMITS = ("max", "min", "baseline_tolerance", "percentile")
@@ -48,7 +48,7 @@ def _add_test(suite: ET.Element, check: Check, outcome: Outcome, seconds: float)
     limits = ", ".join(key for key in LIMITS if getattr(budget, key) is not None)
     attributes = {
         "classname": outcome.case,
-        "name": f"{budget.metric} at {outcome.at}{angle_text(outcome)}: {limits}",
+        "name": f"{budget.metric} at {outcome.at}{case_angle_text(outcome)}: {limits}",
         "time": _time(seconds),
         **_line(check, outcome),
     }
@@ -127,7 +127,7 @@ def _explained(check: Check, outcome: Outcome) -> str:
     parts = [f"{place_text(outcome)}: {outcome.reason}"]
     if outcome.status == "undecided":
         parts.append(DRIVES_REMEDY)
-    model = joint_model(check, outcome.case)
+    model = case_joints_text(check, outcome.case)
     if model:
         parts.append(f"joint model {model}")
     changes = few(check.changes.get(outcome.case, ()), MOST_CHANGES, "; ", " changes")

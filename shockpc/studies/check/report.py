@@ -11,7 +11,7 @@ from shockpc.show.tables import Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import proof_text
 from shockpc.studies.check.ci_formats import github_commands, junit
 from shockpc.studies.check.outcome import Check, Outcome, Status
-from shockpc.studies.check.texts import angle_text, joint_model, order, place_text
+from shockpc.studies.check.texts import case_angle_text, case_joints_text, order, place_text
 from shockpc.text.printed import cause_lines, causes, count
 
 MOST_CAUSES = 6
@@ -90,7 +90,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         notes += cause_notes(shown)
     cases = dict.fromkeys(outcome.case for outcome in shown if outcome.reason)
     for case in cases:
-        model = joint_model(check, case)
+        model = case_joints_text(check, case)
         if model:
             notes.append(f"joint model of {case}: {model}")
     left = len(check.outcomes) - len(shown)
@@ -113,7 +113,7 @@ def _row(outcome: Outcome, for_terminal: bool) -> Row:
         reason = ""
     return (
         result,
-        f"{outcome.case}{angle_text(outcome)}",
+        f"{outcome.case}{case_angle_text(outcome)}",
         outcome.at,
         budget.metric,
         budget.selection.quantity.unit_text,

@@ -17,7 +17,7 @@ import numpy as np
 
 from shockpc.evaluation.budgets import Budget, Budgets, read_budgets
 from shockpc.evaluation.column import Column
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import proven_profiles
 from shockpc.evaluation.table import Table
 from shockpc.judgement.drive_range import DRIVES_REMEDY
 from shockpc.landing.places import Place
@@ -192,7 +192,7 @@ def _results(
         advance(name)
 
     cases = {str(k): (landing.scene, landing.robot) for k, landing in enumerate(planned)}
-    return list(proven(cases, None, done=landed).values())
+    return list(proven_profiles(cases, None, done=landed).values())
 
 
 def _outcomes(

@@ -11,7 +11,7 @@ def order(outcome: Outcome) -> tuple[bool, bool, bool]:
     return not outcome.fails, not outcome.reason, outcome.status == "undecided"
 
 
-def angle_text(outcome: Outcome) -> str:
+def case_angle_text(outcome: Outcome) -> str:
     """The strike angle after the name of a case, if it is one of the case's."""
     angle = outcome.strike_angle_deg
     return "" if angle is None else f", {angle:g} deg"
@@ -19,10 +19,10 @@ def angle_text(outcome: Outcome) -> str:
 
 def place_text(outcome: Outcome) -> str:
     """The place and landing of a value, in words."""
-    return f"{outcome.case}{angle_text(outcome)}: {outcome.budget.metric} at {outcome.at}"
+    return f"{outcome.case}{case_angle_text(outcome)}: {outcome.budget.metric} at {outcome.at}"
 
 
-def joint_model(check: Check, case: str) -> str:
+def case_joints_text(check: Check, case: str) -> str:
     """The joint model of a case, and the source of its drives; empty if it was not computed."""
     if case not in check.profiles:
         return ""

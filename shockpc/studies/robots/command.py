@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from shockpc.cli.declared import argument, command
 from shockpc.cli.options import MESHES, PACKAGE, XACRO, OutputOptions, packages_of
-from shockpc.cli.parse import robot_name
+from shockpc.cli.parse import typed_robot
 
 if TYPE_CHECKING:
     from shockpc.robot.robot import Robot
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 )
 def robots(
     *,
-    robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", robot_name),
+    robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", typed_robot),
     xacro: tuple[tuple[str, str], ...] = XACRO,
     package: tuple[tuple[str, str], ...] = PACKAGE,
     meshes: str | None = MESHES,

@@ -12,7 +12,7 @@ from shockpc.studies.sweep.summary import Summary
 from shockpc.text.wings import from_wings
 
 
-def warning_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
+def sweep_warnings(summary: Summary[VariedLandings]) -> Iterator[str]:
     """The warnings, one a line."""
     yield from _without_value(summary)
     yield from _relative_shock(summary)

@@ -17,7 +17,7 @@ from shockpc.show.header import unknown_lines
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Heading, Lines, Row, Sheet
 from shockpc.show.wording import proof_lines, robot_name
-from shockpc.studies.sweep.remarks import warning_lines
+from shockpc.studies.sweep.remarks import sweep_warnings
 from shockpc.studies.sweep.row_options import row_options, row_text
 from shockpc.studies.sweep.summary import PERCENTILES, Summary
 from shockpc.text.printed import cause_lines, printable
@@ -54,7 +54,7 @@ def _body(summary: Summary[VariedLandings], strongest: int | None) -> list[Secti
         sections.append(_correlations(summary, strongest))
     figure = "studies.sweep.figure:draw_sweep"
     sections.append(Picture("sweep", "results over the sweep", figure, (summary,)))
-    lines = [*_extreme_lines(summary), *warning_lines(summary), *_computed_lines(summary)]
+    lines = [*_extreme_lines(summary), *sweep_warnings(summary), *_computed_lines(summary)]
     return [*sections, Lines(lines, whole=True)]
 
 

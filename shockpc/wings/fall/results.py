@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.column import selected
-from shockpc.evaluation.profiles import proven
+from shockpc.evaluation.profiles import proven_profiles
 from shockpc.evaluation.table import Table
 from shockpc.landing.scenes.joint_options import Joints
 from shockpc.landing.scenes.scene import Scene
@@ -54,9 +54,9 @@ def landings_of_strikes(
     cases = {strike.name: (strike.scene, robot) for strike in strikes}
     if len(cases) < len(strikes):
         raise StudyError("two falls have one name; give each posture and heading once")
-    free = proven(_with_joints(cases, "free"), selections, trace)
-    driven = proven(cases, selections, trace)
-    locked = proven(_with_joints(cases, "locked"), selections, trace)
+    free = proven_profiles(_with_joints(cases, "free"), selections, trace)
+    driven = proven_profiles(cases, selections, trace)
+    locked = proven_profiles(_with_joints(cases, "locked"), selections, trace)
 
     # The landing itself is the one with drives; of the others only defects are told.
     refused: dict[str, ShockError] = {}

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.wings.paper.claim import ROUNDING, Panel, PaperFigure
-from shockpc.wings.paper.panel_landings import along, land
+from shockpc.wings.paper.panel_landings import land, shock_along
 
 BEAM = PaperFigure(
     1,
@@ -58,7 +58,7 @@ def _turning(**changes: Any) -> list[ShockProfile]:
 
 def _shock(letter: str, thirds: int = 0) -> float:
     """Shock of a beam of Figure 1 at a number of thirds of its length from O [1]."""
-    return float(along(land(f"fig1_{letter}"), "beam", 4)[thirds])
+    return float(shock_along(land(f"fig1_{letter}"), "beam", 4)[thirds])
 
 
 def _percussion() -> float:
@@ -71,7 +71,7 @@ def _percussion() -> float:
     "range of the shock over the beam [1]",
 )
 def _a() -> float:
-    return float(np.ptp(along(land("fig1_a"), "beam")))
+    return float(np.ptp(shock_along(land("fig1_a"), "beam")))
 
 
 @zero(
@@ -153,7 +153,7 @@ def _on_screw_axis(
 def _off_eq_2() -> float:
     x = np.linspace(0.0, 1.0, 41)
     return max(
-        float(np.abs(along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max())
+        float(np.abs(shock_along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max())
         for p in _turning()
     )
 

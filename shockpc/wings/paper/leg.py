@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.wings.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.wings.paper.panel_landings import along, land, largest, middle_lines
+from shockpc.wings.paper.panel_landings import land, largest, middle_lines, shock_along
 from shockpc.wings.paper.quadruped import ANGLES, quadruped
 
 OPEN: Options = {
@@ -146,9 +146,11 @@ def _rise(on_line: bool = False, **how: Any) -> float:
 )
 def _nearer(body: str = "upper_leg", **how: Any) -> float:
     # By Eq. 2 the ratio of the distances is that of the shocks there.
-    return max(
-        float(np.divide(*along(profile, body, 2)[::-1])) for profile in _shown(torso=True, **how)
-    )
+    ratios = []
+    for profile in _shown(torso=True, **how):
+        lower, upper = shock_along(profile, body, 2)
+        ratios.append(float(upper / lower))
+    return max(ratios)
 
 
 @level(
@@ -197,7 +199,9 @@ def _at_the_end(**how: Any) -> float:
 )
 def _torso_changes(strike: float = 75.0) -> float:
     c, d = cases(strikes=(15.0, 45.0, strike))[2:4]
-    return max(float(np.abs(along(d, body) - along(c, body)).max()) for body in middle_lines(c))
+    return max(
+        float(np.abs(shock_along(d, body) - shock_along(c, body)).max()) for body in middle_lines(c)
+    )
 
 
 @chain(
@@ -268,7 +272,7 @@ def _torso_by_eq_1(in_plane: bool = False, **how: Any) -> float:
 )
 def _off_three_quarters(**how: Any) -> float:
     places = [
-        float(np.argmin(along(profile, "torso", 121))) / 120.0
+        float(np.argmin(shock_along(profile, "torso", 121))) / 120.0
         for profile in _shown(torso=True, **how)
     ]
     return max(abs(place - 0.75) for place in places)

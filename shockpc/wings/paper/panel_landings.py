@@ -79,11 +79,11 @@ def middle_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:
     }
 
 
-def along(profile: ShockProfile, body: str, count: int = 41) -> Array:
+def shock_along(profile: ShockProfile, body: str, count: int = 41) -> Array:
     """Shock (count,) at evenly spaced points of a body's middle line, from its lower end [1]."""
     return profile.shock_at(body, np.linspace(*middle_lines(profile)[body], count))
 
 
 def largest(profile: ShockProfile) -> dict[str, float]:
     """Largest shock on every middle line [1]; it occurs at an end, because |Δv| is convex."""
-    return {body: float(along(profile, body, 2).max()) for body in middle_lines(profile)}
+    return {body: float(shock_along(profile, body, 2).max()) for body in middle_lines(profile)}

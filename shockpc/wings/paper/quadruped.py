@@ -10,7 +10,7 @@ import numpy as np
 from shockpc import Joints, ShockProfile
 from shockpc.core.spatial import Array
 from shockpc.wings.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.wings.paper.panel_landings import along, land
+from shockpc.wings.paper.panel_landings import land, shock_along
 
 QUADRUPED = PaperFigure(
     5,
@@ -73,7 +73,7 @@ def quadruped(
 
 def _torso(*angles: float, **how: Any) -> float:
     """Largest shock on the torso over landings at these angles [1]."""
-    return max(float(along(quadruped(angle, **how), "torso", 2).max()) for angle in angles)
+    return max(float(shock_along(quadruped(angle, **how), "torso", 2).max()) for angle in angles)
 
 
 @drawn(
@@ -118,7 +118,7 @@ def _step_forward(**how: Any) -> float:
     above=2.0,
 )
 def _back_over_front(**how: Any) -> float:
-    return float(np.divide(*along(quadruped(10.0, **how), "torso", 2)))
+    return float(np.divide(*shock_along(quadruped(10.0, **how), "torso", 2)))
 
 
 @QUADRUPED.claim(
@@ -141,9 +141,9 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
 
 def _shocks(profile: ShockProfile) -> dict[str, Array]:
     """Shock at the `PLACES`: both ends of the torso, and 21 points of each link of the hind leg."""
-    lower = along(profile, "hind_lower_leg", 21)
-    upper = along(profile, "hind_upper_leg", 21)
-    torso = along(profile, "torso", 21)
+    lower = shock_along(profile, "hind_lower_leg", 21)
+    upper = shock_along(profile, "hind_upper_leg", 21)
+    torso = shock_along(profile, "torso", 21)
     return dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True))
 
 
@@ -163,7 +163,7 @@ def _shocks(profile: ShockProfile) -> dict[str, Array]:
 def _geared(angle: float = 30.0, **joints: Any) -> float:
     free = quadruped(angle)
     resisting = land(free.scene, joints=Joints(**joints or {"armature": {"*": 0.05}}))
-    return float(along(resisting, "torso", 2).max() / along(free, "torso", 2).max())
+    return float(shock_along(resisting, "torso", 2).max() / shock_along(free, "torso", 2).max())
 
 
 @drawn(
@@ -177,6 +177,6 @@ def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> flo
     for angle in ANGLES:
         landing = quadruped(angle, hind, nose, front)
         turned = quadruped(angle, -front, -nose, -hind, "front_foot")
-        difference = along(landing, "torso", 21) - along(turned, "torso", 21)[::-1]
+        difference = shock_along(landing, "torso", 21) - shock_along(turned, "torso", 21)[::-1]
         differences.append(np.abs(difference).max())
     return float(max(differences))

@@ -3,7 +3,7 @@
 from xml.etree.ElementTree import Element
 
 from shockpc.core.spatial import Array
-from shockpc.robot.urdf.numbers import vector
+from shockpc.robot.urdf.numbers import finite_numbers
 from shockpc.text.errors import RobotError
 
 
@@ -29,7 +29,7 @@ def numbers_of(
     `subject` begins the message about other content.
     """
     text = text_of(element, path, default) if path else element.text
-    values = vector(text, size)
+    values = finite_numbers(text, size)
     if values is None:
         tag = path.rpartition("/")[2] or element.tag
         wanted = "one finite number" if size == 1 else f"{size} finite numbers"

@@ -74,7 +74,7 @@ NAMES = {
 """Operations of a program by CasADi's numbers."""
 
 
-def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
+def compiled_program(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
     """The steps from vectors of inputs to one of outputs, and the text of their function.
 
     The inputs follow one another, and each expression is computed once.

@@ -112,7 +112,7 @@ class Graph(NamedTuple):
                 raise singular_landing(self.landing, singular) from None
             q, before, y = traced
             results = outputs(y, q, before, self.landing.robot)
-            program, text = functions_module().compiled((q, before), results)
+            program, text = functions_module().compiled_program((q, before), results)
             return {"text": np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays()}
 
         arrays = cached_arrays(self.landing, (name, self.before, self.label), make)

@@ -22,7 +22,7 @@ from shockpc.method.approach import Motion
 from shockpc.method.constraints import row_terms
 from shockpc.method.exact.arithmetic import NoValueError, Numbers, entries
 from shockpc.method.exact.solution import ExactSolution
-from shockpc.wings.symbols.casadi_functions import compiled
+from shockpc.wings.symbols.casadi_functions import compiled_program
 from shockpc.wings.symbols.expressions import SYMBOLS, Symbol, SymbolMatrix, densified, symbols_of
 from shockpc.wings.symbols.programs import Program
 
@@ -181,7 +181,7 @@ class SymbolImpact(ExactImpact):
             SingularError: no inertia resists a motion, or the rows depend on one another, in any
                 posture.
         """
-        rows = RowSpace.every(sum(block.size for block in landing.constraints))
+        rows = RowSpace.every(sum(constraint.size for constraint in landing.constraints))
         solution = SymbolSolution(landing.posed._replace(q=symbols_of(q)), rows)
         solution.set_motion(symbols_of(before))
         moving = replace(landing, q=solution.posed.q, before=solution.before or landing.before)
@@ -239,4 +239,4 @@ def traced(
 def program(n: int, formulas: Callable[[Numbers], Iterable[Any]]) -> Program:
     """The steps that arrays of formulas take of n numbers. Raises: as `traced`."""
     x = casadi.SX.sym("x", n)
-    return compiled([x], densified(formulas(symbols_of(x))))[0]
+    return compiled_program([x], densified(formulas(symbols_of(x))))[0]

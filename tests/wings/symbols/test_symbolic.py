@@ -29,7 +29,7 @@ from shockpc.method.exact.arithmetic import NoValueError
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.quantities.selection import QUANTITIES, WITHOUT_SYMBOLS
 from shockpc.text.cache import cache_folder
-from shockpc.wings.symbols.casadi_functions import compiled
+from shockpc.wings.symbols.casadi_functions import compiled_program
 from shockpc.wings.symbols.programs import OPERATIONS, Program
 from shockpc.wings.symbols.symbolic import SymbolicLanding
 from shockpc.wings.symbols.symbols import SymbolImpact
@@ -104,7 +104,9 @@ def test_every_quantity_is_that_of_balls_or_refused(name):
             refused.add(entry.key)
     assert refused <= WITHOUT_SYMBOLS
     flat = [getattr(value, "e", value) for part in values for value in part]
-    program, _ = compiled((q, before), casadi.densify(casadi.vertcat(*map(casadi.SX, flat))))
+    program, _ = compiled_program(
+        (q, before), casadi.densify(casadi.vertcat(*map(casadi.SX, flat)))
+    )
     Q = postures(landing, 2)
     found = program(np.concatenate([Q, np.tile(landing.before.velocity, (2, 1))], axis=1))
     for k, q in enumerate(Q):

@@ -16,7 +16,7 @@ What closes later is another impact.
 """
 
 
-def ends(state: State, motion: FreeMotion, time: float) -> bool:
+def impact_ends(state: State, motion: FreeMotion, time: float) -> bool:
     """True if the impact is over at a time [s], and no contact closes again soon."""
     return _is_over(state, motion) and not _closes_again(state, motion, STAYS_OPEN * time)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from shockpc.wings.compliant.motion.crossing import changes, first_crossing
 from shockpc.wings.compliant.motion.damped import along
-from shockpc.wings.compliant.motion.ending import ends
+from shockpc.wings.compliant.motion.ending import impact_ends
 from shockpc.wings.compliant.motion.events import FORCE, TOTAL, EventKind, Watch
 from shockpc.wings.compliant.motion.free_motion import FreeMotion, free_motion
 from shockpc.wings.compliant.motion.segment import Segment
@@ -40,7 +40,7 @@ def step(
     early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
     if early.min(initial=np.inf) < 0.0:
         return None, watched[int(early.argmin())]
-    if may_end and ends(state, motion, time):
+    if may_end and impact_ends(state, motion, time):
         return None, None
     length, first = first_crossing(motion.modal.oscillations.rate, signals, horizon, state.effort)
     segment = _segment(state, motion, time, length)

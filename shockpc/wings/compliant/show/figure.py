@@ -27,7 +27,7 @@ from shockpc.wings.compliant.over_time.spectra import DAMPING, SPECTRUM, spectru
 from shockpc.wings.compliant.show.histories import moving_points
 from shockpc.wings.compliant.show.panels import (
     ACCELERATION,
-    Panel,
+    TimePanel,
     events_of,
     normal_forces,
     panels_of,
@@ -227,7 +227,7 @@ def _landing_text(profile: ShockProfile) -> str:
     return f"{robot_name(profile.robot)} landing on {printable(contact_name(profile.scene), 60)}"
 
 
-def _plot(axes: Axes, t: Array, panel: Panel, rigid: Array | None) -> None:
+def _plot(axes: Axes, t: Array, panel: TimePanel, rigid: Array | None) -> None:
     """Draw the curves of the largest peaks, each with its name beside the panel.
 
     Equal ones are all seen then.

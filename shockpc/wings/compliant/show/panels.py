@@ -40,7 +40,7 @@ ACCELERATION = "acceleration [g]"
 """Heading of a panel."""
 
 
-class Panel(NamedTuple):
+class TimePanel(NamedTuple):
     """Curves over time.
 
     Attributes:
@@ -67,7 +67,7 @@ def times_of(compliant: CompliantLanding) -> Array:
     return np.append(t, t[-1])
 
 
-def panels_of(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> list[Panel]:
+def panels_of(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> list[TimePanel]:
     """The panels of forces, accelerations and torques at times (T,), the last after the end."""
     separated = compliant.motion.separated
     at_rest = separated and bool((compliant.number >= 0).all())
@@ -77,24 +77,24 @@ def panels_of(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> l
     if points:
         accelerations = point_accelerations(compliant, points, t)
         accelerations[:, -1] *= not at_rest
-        panels.append(Panel(ACCELERATION, [place.name for place in points], accelerations))
+        panels.append(TimePanel(ACCELERATION, [place.name for place in points], accelerations))
     joints = profile.places("joint")
     acting = np.flatnonzero(profile.value("peak_torque", "joint") > 0.0).tolist()
     if acting:
         torques = compliant.history(ALONG.compute, joints, t)[:, acting, 0].T
         torques[:, -1] *= not at_rest
-        panels.append(Panel("torque [N m, N]", [joints[k].name for k in acting], torques))
+        panels.append(TimePanel("torque [N m, N]", [joints[k].name for k in acting], torques))
     for panel in panels:
         panel.curves[:, t > compliant.motion.duration] = np.nan
     return panels
 
 
-def _force_panel(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> Panel:
+def _force_panel(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> TimePanel:
     """The forces of the contacts."""
     has_stops = any(contact.kind == "stop" for contact in profile.landing.contacts)
     unit = "N, N m" if has_stops else "N"
     names = [place.name for place in profile.places("contact")]
-    return Panel(f"force [{unit}]", names, contact_forces(compliant, t))
+    return TimePanel(f"force [{unit}]", names, contact_forces(compliant, t))
 
 
 def normal_forces(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> Array:

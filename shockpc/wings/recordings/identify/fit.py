@@ -62,7 +62,7 @@ class Fit:
 
     def values(self, u: Array) -> tuple[float, ...]:
         """The values of the unknowns."""
-        return tuple(map(value_of, self.predictor.unknowns, u.tolist()))
+        return tuple(map(value_at_share, self.predictor.unknowns, u.tolist()))
 
     def jumps(self, u: Array) -> Array:
         """Predicted jumps (n, k) of the landings that are used, by their energies or noise.
@@ -139,7 +139,7 @@ def fit_of(predictor: Predictor, noise: Array | None) -> Fit:
         StudyError: a range is not valid, or there are too few landings.
     """
     low, middle, high = (
-        tuple(value_of(unknown, share) for unknown in predictor.unknowns)
+        tuple(value_at_share(unknown, share) for unknown in predictor.unknowns)
         for share in (0.0, 0.5, 1.0)
     )
     for values in (low, high):
@@ -290,11 +290,11 @@ def _cost(fit: Fit, scale: float, u: Array) -> float:
     return float(np.sum(np.sqrt(1.0 + np.sum(fit.residuals(u) ** 2, axis=1) / scale**2) - 1.0))
 
 
-def value_of(one: Variation, u: float) -> float:
+def value_at_share(variation: Variation, u: float) -> float:
     """The value of an unknown for a share of its range."""
-    assert one.span is not None
-    low, high = one.span
-    if one.law == "log-uniform":
+    assert variation.span is not None
+    low, high = variation.span
+    if variation.law == "log-uniform":
         return float(np.clip(low * (high / low) ** u, low, high))
     return float(np.clip(low + u * (high - low), low, high))
 

@@ -14,7 +14,12 @@ from shockpc.evaluation.column_values import postures
 from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.landings import Group, Refusal
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
+from shockpc.impact.friction import (
+    FrictionProblem,
+    friction_problem,
+    friction_problems,
+    joined_problems,
+)
 from shockpc.landing.places import Place
 from shockpc.landing.scenes.scene import Scene
 from shockpc.method.approach import Motion
@@ -296,6 +301,6 @@ def _joined(parts: Sequence[FrictionRows]) -> FrictionRows:
     """Problems of the same number of contacts as one."""
     return FrictionRows(
         np.concatenate([part.rows for part in parts]),
-        joined([part.problem for part in parts]),
+        joined_problems([part.problem for part in parts]),
         np.concatenate([part.to_measured for part in parts]),
     )

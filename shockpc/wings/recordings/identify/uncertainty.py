@@ -11,7 +11,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
-from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, FittedValues, value_of
+from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, FittedValues, value_at_share
 from shockpc.wings.recordings.identify.predictor import SCALE
 from shockpc.wings.recordings.logs.prediction import energy_roots
 
@@ -116,8 +116,8 @@ def uncertainty(fit: Fit, solution: FittedValues) -> Uncertainty:
         if state == "identified":
             shares = np.clip(solution.u[j] + changes[:, j], 0.0, 1.0)
             first, last = np.quantile(shares, _tails(n, int(free.sum()))).tolist()
-            low = value_of(variation, first)
-            high = value_of(variation, last)
+            low = value_at_share(variation, first)
+            high = value_at_share(variation, last)
         unknowns.append(IdentifiedValue(variation, value, low, high, state))
     return Uncertainty(
         unknowns=tuple(unknowns),

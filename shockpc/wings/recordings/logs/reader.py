@@ -15,7 +15,7 @@ from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.logs.cells import RowMessages
 from shockpc.wings.recordings.logs.column_meaning import FRICTION, LABELS, named_columns
-from shockpc.wings.recordings.logs.row_scenes import row_friction, row_scenes
+from shockpc.wings.recordings.logs.row_scenes import recorded_scenes, row_friction
 from shockpc.wings.recordings.logs.rows import Measured, RecordedRows, contacts_of
 from shockpc.wings.recordings.logs.state import (
     ANGLES,
@@ -130,7 +130,7 @@ def _rows(landing: PosedLanding, columns: Mapping[str, np.ndarray]) -> RecordedR
     Q = configurations(landing, read, n, messages)
     friction = row_friction(landing, columns, n, messages)
     before = motions(landing, read, Q)
-    of_rows = row_scenes(landing, columns, read.contact_velocities, friction, messages)
+    of_rows = recorded_scenes(landing, columns, read.contact_velocities, friction, messages)
     # A table of which every row is refused is an error.
     if len(messages) == n:
         mark = "," if messages[0].startswith("column") else ":"

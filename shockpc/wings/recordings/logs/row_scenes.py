@@ -24,7 +24,7 @@ They are NaN where a cell is empty.
 """
 
 
-class RowScenes(NamedTuple):
+class RecordedScenes(NamedTuple):
     """The scenes of the rows of a table.
 
     Attributes:
@@ -40,13 +40,13 @@ class RowScenes(NamedTuple):
     velocities: Array
 
 
-def row_scenes(
+def recorded_scenes(
     landing: PosedLanding,
     columns: Mapping[str, np.ndarray],
     given: ContactVelocities,
     friction: Array,
     messages: RowMessages,
-) -> RowScenes:
+) -> RecordedScenes:
     """The scenes of the rows of a table.
 
     Args:
@@ -78,7 +78,7 @@ def row_scenes(
             of_row.append(replace(contact, velocity=velocity))
         mu = None if np.isnan(friction[i]) else float(friction[i])
         scenes.append(replace(scene, contact=tuple(of_row), stance=stances[stance[i]], friction=mu))
-    return RowScenes(tuple(scenes), group, velocities)
+    return RecordedScenes(tuple(scenes), group, velocities)
 
 
 def row_friction(
@@ -86,7 +86,7 @@ def row_friction(
 ) -> Array:
     """Coefficients (n,) of friction of the rows of a table; NaN where there are none.
 
-    The arguments are those of `row_scenes`.
+    The arguments are those of `recorded_scenes`.
     """
     name = next((name for name in FRICTION if name in columns), "")
     if not name:
