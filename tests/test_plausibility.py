@@ -693,7 +693,8 @@ def test_bodies_that_cannot_be_the_lowest_are_left_out(name: str):
     assert np.any(np.isinf(few.surface))
     deep = few.depth > 0.0
     lowest = [
-        np.where(one.others, one.surface, np.inf)[deep].argmin(axis=1) for one in (few, every)
+        np.where(one.of_no_contact, one.surface, np.inf)[deep].argmin(axis=1)
+        for one in (few, every)
     ]
     np.testing.assert_array_equal(*lowest)
 

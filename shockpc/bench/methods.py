@@ -133,7 +133,7 @@ def _held(landing: PosedLanding, constraint: Constraint, model: pin.Model) -> Fr
     axes = np.zeros((constraint.size, 6))
     axes[:n, :3], axes[n:, 3:] = np.split(constraint_axes(state, constraint)[0], [n])
     ends = []
-    for i, sign in ((constraint.body, 1.0), (constraint.other, -1.0)):
+    for i, sign in ((constraint.body, 1.0), (constraint.other_body, -1.0)):
         # An index of −1 is the ground or the world, which does not move.
         if i >= 0:
             body = landing.robot.bodies[i]

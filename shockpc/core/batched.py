@@ -264,10 +264,10 @@ def _solve(xp: Any, matrices: Any, right: Any) -> Any:
     except np.linalg.LinAlgError:  # NumPy does not say which state
         if len(matrices) == 1:
             return xp.full_like(right, xp.nan)
-        each = []
+        solutions = []
         for k in range(len(matrices)):
-            each.append(_solve(xp, matrices[k : k + 1], right[k : k + 1]))
-        return xp.concatenate(each)
+            solutions.append(_solve(xp, matrices[k : k + 1], right[k : k + 1]))
+        return xp.concatenate(solutions)
 
 
 def _length(xp: Any, vectors: Any) -> Any:

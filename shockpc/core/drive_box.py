@@ -197,10 +197,10 @@ class _Inertias:
 
     def copy(self) -> "_Inertias":
         """A copy of the inertias, to be changed separately."""
-        other = copy.copy(self)
+        copied = copy.copy(self)
         for name in ("M", "d", "sign", "rest", "floor"):
-            setattr(other, name, getattr(self, name).copy())
-        return other
+            setattr(copied, name, getattr(self, name).copy())
+        return copied
 
     @property
     def change(self) -> Array:

@@ -115,11 +115,11 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
     except np.linalg.LinAlgError:
         if len(B) == 1:
             return np.full_like(B, np.nan)
-        each = []
+        solutions = []
         for k in range(len(B)):
             posture = slice(k, k + 1)
-            each.append(solve_inertia(inertia[posture], B[posture]))
-        return np.concatenate(each)
+            solutions.append(solve_inertia(inertia[posture], B[posture]))
+        return np.concatenate(solutions)
 
 
 def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:

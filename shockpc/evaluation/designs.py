@@ -25,9 +25,9 @@ class Design:
     changes: tuple[Change, ...] = ()
 
     @classmethod
-    def of(cls, given: "Design | Scene | str") -> "Design":
+    def of(cls, design: "Design | Scene | str") -> "Design":
         """A design as it is, or that of a scene, or of the name of a scene file or a robot."""
-        if isinstance(given, Design):
-            return given
-        scene = scene_of(given)
-        return cls(given if isinstance(given, str) else scene.robot, scene, robot_of(scene))
+        if isinstance(design, Design):
+            return design
+        scene = scene_of(design)
+        return cls(design if isinstance(design, str) else scene.robot, scene, robot_of(scene))

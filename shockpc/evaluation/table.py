@@ -106,12 +106,12 @@ class Table:
             messages |= {start + i: text for i, text in part.messages.items()}
             defects += part.defects
             start += len(part)
-        pulled, gained, others = np.sum([part.refused for part in parts], axis=0).tolist()
+        pulled, gained, below = np.sum([part.refused for part in parts], axis=0).tolist()
         return replace(
             first,
             columns=columns,
             messages=messages,
-            refused=(pulled, gained, others),
+            refused=(pulled, gained, below),
             defects=tuple(defects),
         )
 
@@ -240,7 +240,7 @@ class Table:
         """
         count = max(count, 0)
         columns: Sequence[Column | str] = self.main if column is None else (column,)
-        orders = [self._worst_of(each, count) for each in columns]
+        orders = [self._worst_of(column_name, count) for column_name in columns]
         # The worst row of each column, then the next of each, every row once.
         rows: dict[int, None] = {}
         for of_rank in itertools.zip_longest(*orders):

@@ -10,13 +10,13 @@ NAME_ONE = "name a quantity that depends on it, such as shock_friction or peak_f
 """Remedy, for messages, where none of the numbers of a study depends on the ground."""
 
 
-def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE) -> None:
+def refuse_ground(scene: Scene, *, friction: bool = True, remedy: str = NAME_ONE) -> None:
     """Refuse what a study of contacts that stick and are rigid would ignore.
 
     Args:
         scene: a landing of the study.
         friction: whether a coefficient of friction has no effect either.
-        others: what else can be done.
+        remedy: what else can be done.
 
     Raises:
         StudyError: the scene gives a contact stiffness, or a friction.
@@ -28,7 +28,7 @@ def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE
         raise StudyError(
             f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all "
             f"numbers are of the impulse of "
-            f"contacts that stick; leave it out, or {others}"
+            f"contacts that stick; leave it out, or {remedy}"
         )
 
 

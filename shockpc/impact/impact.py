@@ -212,8 +212,8 @@ class Impact:
         It is that of the fastest contact or of the centre of mass.
         """
         speeds = norm(self.reference_velocities)
-        each = [speeds[..., k] for k in range(speeds.shape[-1])]
-        return functools.reduce(larger, each)
+        columns = [speeds[..., k] for k in range(speeds.shape[-1])]
+        return functools.reduce(larger, columns)
 
     @functools.cached_property
     def inertias(self) -> Inertias:
@@ -291,8 +291,8 @@ class Impact:
             wrench = (impulse[..., None, rows] @ wrenches)[..., 0, :]
             if constraint.body >= 0:
                 loads[:, :, constraint.body] -= wrench
-            if constraint.other >= 0:
-                loads[:, :, constraint.other] -= -1 * wrench
+            if constraint.other_body >= 0:
+                loads[:, :, constraint.other_body] -= -1 * wrench
         # + Σ F_child
         parents = self.landing.robot.parents
         for i in range(len(parents) - 1, 0, -1):

@@ -41,7 +41,7 @@ def early_springs(
     after = f"{1e3 * time:.2g} ms"
     if duration is not None and unknown.any():
         joints = [joint.name for joint in landing.robot.single_joints if unknown[joint.v].any()]
-        names = few(joints, 2, what=" joints")
+        names = few(joints, 2, noun=" joints")
         text = (
             f"springs at {names} are left out on contacts of finite stiffness, because the "
             "inertia of the rotors behind them is unknown; they would change forces and durations "

@@ -92,7 +92,7 @@ def _damaged(
         yield Diagnostic("part", part.part, margins.smallest, text)
     elif part.part_margin is not None and part.part_margin < 1.0:
         if isinstance(part.strength, TorqueStrength):
-            limit = "its momentary torque" if part.strength.given else "its effort limit"
+            limit = "its momentary torque" if part.strength.in_part else "its effort limit"
             text = f"{part.joint} carries {1.0 / part.part_margin:.3g} times {limit}"
         else:
             text = (

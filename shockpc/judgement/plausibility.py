@@ -120,7 +120,7 @@ def _below_the_contacts(profile: ShockProfile, ground: _OnGround) -> Iterator[Di
     # The struck body itself is named where it reaches as low as another, on whose posture the
     # warning then does not depend.
     surface = here.surface[0]
-    first_met = here.others
+    first_met = here.of_no_contact
     remedy = "change the posture, or name what strikes"
     together = first_met & np.array(of_struck)
     lowest = surface[first_met].min()

@@ -148,7 +148,7 @@ def some_joints(robot: Robot, joints: Sequence[str]) -> str:
     every = sum(joint.kind != "free" for joint in robot.single_joints)
     if len(joints) == every:
         return f"all {every} joints" if every > 1 else "the joint"
-    return few(list(joints), 2, what=" joints")
+    return few(list(joints), 2, noun=" joints")
 
 
 def _remedy(profile: ShockProfile, joints: tuple[str, ...]) -> str:

@@ -125,7 +125,7 @@ def closure_constraint(loop: Loop) -> Constraint:
         point=loop.points[1],
         forces=loop.axes @ frame.T,
         moments=frame.T if loop.holds_orientation else NO_AXES,
-        other=a,
+        other_body=a,
         axes_body=a,
     )
 

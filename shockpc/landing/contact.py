@@ -241,8 +241,8 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     """
     (shapes, _), frame = own_shapes(robot, name), robot.frame(name)
     if not shapes:
-        others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
-        remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
+        links = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
+        remedy = f"; of its body, {listed(links, 4)} has some" if links else ""
         raise SceneError(
             f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no '
             f"lowest point{remedy}; "

@@ -60,7 +60,7 @@ def stop_constraint(
         point=np.zeros(3),
         forces=axis if slides else NO_AXES,
         moments=NO_AXES if slides else axis,
-        other=joint.parent,
+        other_body=joint.parent,
         axes_body=body,
         restitution=restitution,
     )

@@ -569,18 +569,18 @@ def _locked(robot: Robot, joints: Joints, patterns: Sequence[str]) -> np.ndarray
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
     """A joint and those that it follows are held together, or it and one of them not at all."""
     coupled: list[str] = []
-    others: list[str] = []
+    partners: list[str] = []
     for mimic in robot.mimics:
         free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
         follower = bool(locked[robot.joint(mimic.joint).v].all())
         if mimic.leaders and follower != (not free):
             coupled += [mimic.joint] if follower else mimic.leaders
-            others += free[:1] if follower else [mimic.joint]
+            partners += free[:1] if follower else [mimic.joint]
     if coupled:
         raise SceneError(
             f"joint {listed(coupled[:1])} is locked, but coupled by a mimic to "
-            f"{listed(dict.fromkeys(others))}; lock all or none",
-            joints=[coupled[0], *dict.fromkeys(others)],
+            f"{listed(dict.fromkeys(partners))}; lock all or none",
+            joints=[coupled[0], *dict.fromkeys(partners)],
         )
 
 

@@ -292,11 +292,11 @@ def _xyzw(values: Array, order: Quaternion | None, subject: str) -> Array:
 
 
 def _set_several(
-    robot: Robot, joint: Joint, given: Any, order: Quaternion | None, q: Array
+    robot: Robot, joint: Joint, setting: Any, order: Quaternion | None, q: Array
 ) -> None:
     """Set a joint by a list of numbers: one of several degrees of freedom, or by a single one."""
     subject = f'joint "{joint.name}" ({joint.kind})'
-    values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), subject)
+    values = _numbers(setting, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), subject)
     if joint.kind == "planar":
         q[joint.q] = (*values[:2], math.cos(values[2]), math.sin(values[2]))
     elif joint.axis is None:
@@ -393,9 +393,9 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
     return np.asarray(fixed | robot.velocities(held))
 
 
-def difference(robot: Robot, Q: Array, other: Array) -> Array:
+def difference(robot: Robot, Q: Array, Q_to: Array) -> Array:
     """The displacements (n, nv), tangent of q, from configurations Q (n, nq) to others."""
-    return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, other, strict=True)])
+    return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, Q_to, strict=True)])
 
 
 COMPONENTS = {

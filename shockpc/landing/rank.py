@@ -232,7 +232,7 @@ def _in_posture(constraint: Constraint, k: int) -> Constraint:
 
 def _structure(constraint: Constraint) -> tuple[object, ...]:
     """The key that identifies a constraint, but for its point."""
-    ends = constraint.kind, constraint.body, constraint.other, constraint.axes_body
+    ends = constraint.kind, constraint.body, constraint.other_body, constraint.axes_body
     return *ends, constraint.forces.tobytes(), constraint.moments.tobytes()
 
 

@@ -115,12 +115,12 @@ class TorqueStrength(NamedTuple):
     Attributes:
         momentary_torque: NaN where it is not known [N m, N].
         duration: for which it does; NaN where it is not known [s].
-        given: whether the part gives it; else it is the effort limit of the robot's file.
+        in_part: whether the part gives it; else it is the effort limit of the robot's file.
     """
 
     momentary_torque: float
     duration: float
-    given: bool
+    in_part: bool
 
 
 def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:

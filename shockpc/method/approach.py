@@ -47,9 +47,9 @@ def relative_twist(state: Dynamics, stop: Constraint, before: Motion) -> Array:
     Both turn alike with the base, so only the rates of joints are included.
     """
     twist = twist_before(state, before.of_joints, stop.body)
-    if stop.other < 0:
+    if stop.other_body < 0:
         return twist
-    return np.asarray(twist - twist_before(state, before.of_joints, stop.other))
+    return np.asarray(twist - twist_before(state, before.of_joints, stop.other_body))
 
 
 def approach_speeds(

@@ -31,7 +31,8 @@ class Constraint(NamedTuple):
             frame [m].
         forces: (n, 3) axes of the unit forces.
         moments: (m, 3) axes of the unit moments.
-        other: index of the body on which the opposite impulses act; −1 for the ground or the world.
+        other_body: index of the body on which the opposite impulses act; −1 for the ground or the
+            world.
         axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
         restitution: e, by which the impact reverses the speed [1].
         rebound: (3,) unit direction along which it does so, at each point of a flat contact; None
@@ -51,7 +52,7 @@ class Constraint(NamedTuple):
     point: Array
     forces: Array
     moments: Array = NO_AXES
-    other: int = -1
+    other_body: int = -1
     axes_body: int = -1
     restitution: float = 0.0
     rebound: Array | None = None
@@ -184,7 +185,7 @@ def row_signs(state: Dynamics, constraint: Constraint) -> Array:
 
     1 or −1; 0 where it moves neither or both.
     """
-    return moved_by(state, constraint.body) - moved_by(state, constraint.other)
+    return moved_by(state, constraint.body) - moved_by(state, constraint.other_body)
 
 
 def moved_by(state: Dynamics, body: int) -> Array:

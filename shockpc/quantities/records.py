@@ -174,8 +174,8 @@ def point_shocks(profile: LandingValues) -> tuple[PointShock, ...]:
         is_held = place.body < 0
         bodies.append("world" if is_held else profile.robot.bodies[place.body].name)
     extremes = directions_of(profile, "point")
-    each = [ExtremeDirections(*parts) for parts in zip(*extremes, strict=True)]
-    return _records(PointShock, profile, "point", {"body": bodies, "directions": each})
+    directions = [ExtremeDirections(*parts) for parts in zip(*extremes, strict=True)]
+    return _records(PointShock, profile, "point", {"body": bodies, "directions": directions})
 
 
 def directions_of(profile: LandingValues, kind: PlaceKind) -> ExtremeDirections:

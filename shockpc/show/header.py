@@ -329,7 +329,7 @@ def posture_text(profile: ShockProfile) -> str:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
     if posture.base_quaternion:
         words.append("base at quaternion ({:g}, {:g}, {:g}, {:g})".format(*posture.base_quaternion))
-    return few(words, 8, what=" settings")
+    return few(words, 8, noun=" settings")
 
 
 def strike_text(profile: ShockProfile) -> str:
@@ -349,7 +349,7 @@ def strike_text(profile: ShockProfile) -> str:
     if moving:
         if len(profile.contacts) > 1:
             parts.append("the fastest contact")
-        parts.append(few(moving, 4, what=" joint rates"))
+        parts.append(few(moving, 4, noun=" joint rates"))
     return ", ".join(parts)
 
 

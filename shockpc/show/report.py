@@ -157,9 +157,12 @@ class Report(NamedTuple):
             return json_text(self.json())
         if format_ == "csv":
             return as_csv(self._first_sheet())
-        whole = format_ == "markdown"
-        blocks = [part.text(format_) for part in self.parts.values() if whole or self.brief is None]
-        return "\n".join([*blocks, self._markdown(self.body(True)) if whole else self._terminal()])
+        is_markdown = format_ == "markdown"
+        texts = []
+        if is_markdown or self.brief is None:
+            texts += [part.text(format_) for part in self.parts.values()]
+        texts.append(self._markdown(self.body(True)) if is_markdown else self._terminal())
+        return "\n".join(texts)
 
     def json(self) -> Any:
         """The document with its head, or a list of those of several results."""

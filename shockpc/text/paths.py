@@ -44,21 +44,21 @@ def usable_path(text: str) -> Path:
     return Path(expanded)
 
 
-def read_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> bytes:
+def read_file(path: Path, kind: str, error: type[Exception], *, output: bool = False) -> bytes:
     """Read a whole file.
 
     What users name, or what such a file names, is read here or opened by `open_file`.
 
     Args:
         path: of the file.
-        what: it is, such as "scene file", for messages.
+        kind: of file, such as "scene file", for messages.
         error: the kind of error that is raised.
         output: whether it is an output of an earlier run, which this one may replace.
 
     Raises:
         error: as `open_file`; or it is larger than 64 MB, or reading fails.
     """
-    with open_file(path, what, error, output=output) as file:
+    with open_file(path, kind, error, output=output) as file:
         size = os.fstat(file.fileno()).st_size
         if size <= LARGEST_FILE:
             try:
@@ -70,7 +70,7 @@ def read_file(path: Path, what: str, error: type[Exception], *, output: bool = F
     )
 
 
-def open_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> BinaryIO:
+def open_file(path: Path, kind: str, error: type[Exception], *, output: bool = False) -> BinaryIO:
     """Open a file to read it, and remember that no output may replace it.
 
     The arguments are those of `read_file`.
@@ -83,7 +83,7 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     except FileNotFoundError:
         where = "" if path.is_absolute() else f" (looked in {Path.cwd()})"
-        raise error(f'no {what} "{path}"{where}') from None
+        raise error(f'no {kind} "{path}"{where}') from None
     except OSError as refusal:
         raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except ValueError:
@@ -94,10 +94,10 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
     if not stat.S_ISREG(status.st_mode):
         os.close(number)
         if stat.S_ISDIR(status.st_mode):
-            raise error(f'"{path}" is a folder; give the {what} in it')
+            raise error(f'"{path}" is a folder; give the {kind} in it')
         raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
     if not output:
-        inputs.setdefault((status.st_dev, status.st_ino), what)
+        inputs.setdefault((status.st_dev, status.st_ino), kind)
     return os.fdopen(number, "rb")
 
 

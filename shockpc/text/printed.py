@@ -167,10 +167,10 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun if number == 1 else plural(noun)}"
 
 
-def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
+def few(names: Sequence[str], most: int, separator: str = ", ", noun: str = "") -> str:
     """The first names, and how many more there are."""
     return separator.join(names[:most]) + (
-        f" and {len(names) - most} more{what}" if len(names) > most else ""
+        f" and {len(names) - most} more{noun}" if len(names) > most else ""
     )
 
 

@@ -81,9 +81,9 @@ class RowInertias:
         self.per_turn = np.repeat(landing.joint_model.per_turn[None], n, axis=0)
         self._changes: list[tuple[str, str, Array, bool]] = []
 
-    def change_links(self, what: str, pattern: str, x: Array, factor: bool) -> None:
+    def change_links(self, kind: str, pattern: str, x: Array, factor: bool) -> None:
         """Change a property of links. Args: x (n,), values as in `varied_bodies`."""
-        self._changes.append((what, pattern, x, factor))
+        self._changes.append((kind, pattern, x, factor))
 
     def set_armature(self, velocities: np.ndarray, x: Array, factor: bool) -> None:
         """Set the reflected inertia of some joints.

@@ -167,13 +167,13 @@ def _as_float(value: int) -> float:
 
 
 def option(
-    default: Any, /, help_: str, heading: str, form: str | None = None, **further: Any
+    default: Any, /, help_: str, heading: str, form: str | None = None, **settings: Any
 ) -> Any:
     """A field of a record that is an option; the arguments are those of `Option`.
 
     Args: default, `dict` for a mapping, which is typed as NAME=VALUE.
     """
-    declared = Option(help_, heading, form, **further).stating(default)
+    declared = Option(help_, heading, form, **settings).stating(default)
     metadata = {"option": declared, "description": declared.text, "wing": declared.wing}
     if default is dict:
         return dataclasses.field(default_factory=dict, metadata=metadata)

@@ -35,7 +35,7 @@ def _clearances(landing: Landing, heights: Levels, places: Sequence[Place]) -> A
     low = heights.contacts.min(axis=1)
     clearances = np.empty((len(low), len(places)))
     for k, place in enumerate(places):
-        own = heights.others & (bodies == place.body)
+        own = heights.of_no_contact & (bodies == place.body)
         clearances[:, k] = heights.surface[:, own].min(axis=1, initial=np.inf) - low
     return clearances
 
@@ -54,7 +54,7 @@ def _reach(
     points = []
     for place in places:
         contact = constraints[place.number]
-        own = heights.others & (bodies == contact.body)
+        own = heights.of_no_contact & (bodies == contact.body)
         cores.append(np.where(own, heights.core, np.inf))
         points.append(constraint_point(state, contact) @ landing.up)
     core = np.stack(cores, axis=1)

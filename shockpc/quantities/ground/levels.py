@@ -30,7 +30,7 @@ class Levels(NamedTuple):
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or
             the contact points.
         of_contact: (c, n) which shapes belong to each of these.
-        others: (n,) which shapes belong to none.
+        of_no_contact: (n,) which shapes belong to none.
         inside: how far a contact point may lie above the lowest point of its link.
         tolerance: the scene's, by how much lowest points may differ in height that flat ground
             touches together.
@@ -40,7 +40,7 @@ class Levels(NamedTuple):
     surface: Array
     contacts: Array
     of_contact: np.ndarray
-    others: np.ndarray
+    of_no_contact: np.ndarray
     inside: float
     tolerance: float
 
@@ -50,9 +50,9 @@ class Levels(NamedTuple):
 
         It is below zero under that, and NaN without geometry.
         """
-        if not self.others.size:
+        if not self.of_no_contact.size:
             return np.full(len(self.contacts), np.nan)
-        lowest = self.surface.T[self.others].min(axis=0, initial=np.inf)
+        lowest = self.surface.T[self.of_no_contact].min(axis=0, initial=np.inf)
         return np.asarray(lowest - self.contacts.min(axis=1))
 
     @property
@@ -144,7 +144,7 @@ def levels(
         surface=surface,
         contacts=np.minimum(height, lowest),
         of_contact=of_contact,
-        others=np.logical_not(of_contact.any(axis=0)),
+        of_no_contact=np.logical_not(of_contact.any(axis=0)),
         inside=inside,
         tolerance=landing.scene.ground_tolerance + LEVEL,
     )

@@ -122,7 +122,7 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
     by_treatment: dict[Treatment, list[str]] = {}
     for kind, places in walk.kinds.items():
         value = next((f" {value} " for _, value in places if value), " ")
-        text = f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}"
+        text = f"{_subjects(places)}{kind.content}{value}{kind.consequence}{_hint(kind)}"
         by_treatment.setdefault(kind.treatment, []).append(text)
     records: list[Unread] = []
     for treatment, texts in by_treatment.items():
@@ -140,7 +140,7 @@ class _Kind(NamedTuple):
     """
 
     treatment: Treatment
-    what: str
+    content: str
     consequence: str
     name: str = ""
     known: tuple[str, ...] = ()
@@ -288,7 +288,7 @@ class _Walk(NamedTuple):
 
 def _hint(kind: _Kind) -> str:
     """The known name that is nearest to an unknown one, or all that are known there."""
-    form = "<{}>" if kind.what.startswith("<") else "{}"
+    form = "<{}>" if kind.content.startswith("<") else "{}"
     nearest = _nearest(kind.name, kind.known, _NEAREST) if kind.name else ""
     if nearest:
         return f"; nearest: {form.format(nearest)}"

@@ -279,12 +279,12 @@ def inertias_about_origins(robot: Robot) -> tuple[str, ...]:
 
 def size_text(robot: Robot) -> str:
     """The size of a robot and what was measured for it, for messages."""
-    what = (
+    measured = (
         "the robot measures"
         if any(body_outline(robot).shapes)
         else "without shapes, the robot's frames and centres of mass span"
     )
-    return f"{what} {robot_size(robot):.3g} m"
+    return f"{measured} {robot_size(robot):.3g} m"
 
 
 def _outline_kind(source: RobotSource) -> GeometryKind:

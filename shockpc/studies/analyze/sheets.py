@@ -296,7 +296,7 @@ def basis_of(part: PartMargin) -> str | None:
         return part.strength.basis
     if math.isnan(part.strength.momentary_torque):
         return None
-    return "the torque given" if part.strength.given else "the effort limit of the robot's file"
+    return "the torque given" if part.strength.in_part else "the effort limit of the robot's file"
 
 
 def joints_sheet(profile: ShockProfile) -> Sheet:

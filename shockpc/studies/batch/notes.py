@@ -183,7 +183,7 @@ def _shared_warning(batch: Batch) -> Iterator[str]:
         return
     worst, row = max(warnings, key=lambda pair: pair[0].size)
     robots = list(dict.fromkeys(batch.name_of(row) for _, row in warnings))
-    note = f"warning: {few(robots, 6, what=' robots')}: {worst}"
+    note = f"warning: {few(robots, 6, noun=' robots')}: {worst}"
     if len(warnings) > 1:
         note += f" (numbers of {batch.name_of(row)} {row.contact})"
     yield note

@@ -268,7 +268,7 @@ def place(
     robot = robot or common_robot(scenes)
     scenes = _varied(with_default_landings(scenes, robot), robot, vary)
     for scene in scenes.values():
-        refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
+        refuse_ground(scene, friction=False, remedy="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
     cases = {name: (scene, robot) for name, scene in scenes.items()}

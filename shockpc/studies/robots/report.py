@@ -258,13 +258,13 @@ def _lines(robot: Robot) -> list[tuple[str, str]]:
     if robot.free_base and base == "fixed":
         velocities -= 6
     ends = "feet" if recognised(robot) and not is_arm(robot) else "tips"
-    found = few(sensors(robot), 12)
+    sensors_text = few(sensors(robot), 12)
     lines = {
         "robot": f"{robot.name}, {moving_text(robot, base)}, {count(velocities, 'velocity')}",
         "file": str(robot.source.path),
         "base": base_text(robot, base),
         ends: few(each_foot(robot), 12),
-        "sensors": found or NO_SENSOR,
+        "sensors": sensors_text or NO_SENSOR,
         "postures": f"{_postures_text(robot)}; {reference_name(robot, None)} by default",
     }
     if robot.mimics:

@@ -131,10 +131,10 @@ def _extreme_lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     for extent in summary.extents:
         name = extent.column.name
         if extent.greatest_row >= 0:
-            what = "most severe"
+            severity = "most severe"
             if extent.column.selection.quantity.worse == "neither":
-                what = "largest value"
-            yield f"{what} for {name}: {row_text(landings, extent.most_severe_row)}"
+                severity = "largest value"
+            yield f"{severity} for {name}: {row_text(landings, extent.most_severe_row)}"
         if extent.has_best:
             options = row_text(landings, extent.best_row)
             yield f"least severe that flat ground allows: {options}"

@@ -8,22 +8,22 @@ from shockpc.landing.scenes.scene import Scene
 
 def row_text(landings: VariedLandings, row: int) -> str:
     """The variations of a row in words: options of `shockpc analyze`, and what has none."""
-    options, others = row_options(landings, row)
-    if options and others:
-        return f"{options}   (and {others})"
-    return options or others
+    options, without_option = row_options(landings, row)
+    if options and without_option:
+        return f"{options}   (and {without_option})"
+    return options or without_option
 
 
 def row_options(landings: VariedLandings, row: int) -> tuple[str, str]:
     """The variations of a row as options of `shockpc analyze`, and what has no option."""
     scene, _ = landings.case(row)
     options: list[tuple[str, str]] = []
-    others: list[str] = []
+    without_option: list[str] = []
     for varied, value in landings.values_of(row).items():
         of_value = varied.kind.options(varied, value, scene, landings.scene)
         if of_value is None:
             unit = "x" if varied.factor else varied.unit
-            others.append(f"{varied.subject} = {value:g} {unit}")
+            without_option.append(f"{varied.subject} = {value:g} {unit}")
         else:
             options += of_value
     if landings.separate:
@@ -31,7 +31,7 @@ def row_options(landings: VariedLandings, row: int) -> tuple[str, str]:
     words: list[str] = []
     for option in dict.fromkeys(options):
         words += option
-    return shlex.join(words), ", ".join(others)
+    return shlex.join(words), ", ".join(without_option)
 
 
 def _closed_loops(scene: Scene, base: Scene) -> list[tuple[str, str]]:

@@ -64,7 +64,7 @@ def land(
             start.posture, joints_deg={**start.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy
         ),
         xacro={**start.xacro, **xacro},
-        contact=tuple(replace(each, **contact) for each in start.contact),
+        contact=tuple(replace(struck, **contact) for struck in start.contact),
         **fields,
     )
     return shock_profile(changed)

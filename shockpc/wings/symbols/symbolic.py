@@ -277,9 +277,9 @@ def identifiers(names: Sequence[str]) -> list[str]:
     """
     codes, known = ["".join(map(_in_code, name)) for name in names], dict[str, str]()
     for name, code in zip(names, codes, strict=True):
-        if (other := known.setdefault(code.upper(), name)) != name:
+        if (first := known.setdefault(code.upper(), name)) != name:
             raise StudyError(
-                f"{other} and {name} have the same name in code; ask for one at a time"
+                f"{first} and {name} have the same name in code; ask for one at a time"
             )
     return codes
 

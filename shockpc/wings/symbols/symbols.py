@@ -223,16 +223,16 @@ def _least(values: Iterable[Symbol]) -> Symbol:
 
 
 def traced(
-    landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]
+    landing: PosedLanding, size: int, formulas: Callable[[Impact], list[Any]]
 ) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
-    """Symbols of the configuration (nq,) and of the motion before (given,), and the results (m,).
+    """Symbols of the configuration (nq,) and of the motion before (size,), and the results (m,).
 
     The results are those of the formulas.
 
     Raises:
         SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
     """
-    q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
+    q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", size)
     return q, before, densified(formulas(SymbolImpact.of(landing, q, before)))
 
 

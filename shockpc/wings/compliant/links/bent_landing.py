@@ -220,7 +220,9 @@ def _on_segments(flexible: FlexibleRobot, constraint: Constraint) -> Constraint:
     """
     if constraint.kind == "stop":
         body = flexible.segments[constraint.body][0]
-        return constraint._replace(body=body, other=flexible.robot.parents[body], axes_body=body)
+        return constraint._replace(
+            body=body, other_body=flexible.robot.parents[body], axes_body=body
+        )
     return constraint._replace(body=flexible.body_at(constraint.body, constraint.point), lowest=())
 
 

@@ -100,7 +100,7 @@ def _damped(compliant: CompliantLanding) -> Iterator[Diagnostic]:
     share = float(np.sqrt(p @ np.linalg.solve(M, p) / (jump @ M @ jump)))
     if share > DAMPED_SHARE:
         damped = [joint.name for joint in robot.single_joints if impulse[joint.v].any()]
-        names = few(damped, 2, what=" joints")
+        names = few(damped, 2, noun=" joints")
         text = (
             f"the damping of {names} in the robot's file is left out; in the "
             f"{1e3 * duration:.3g} ms of the motion it may change velocities by up to "

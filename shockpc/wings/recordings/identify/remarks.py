@@ -153,7 +153,7 @@ def of_model(fit: Fit, solution: FittedValues, errors: Mapping[str, float]) -> I
         yield (
             "the model is still wrong by more than the scatter of the landings, which no interval "
             "covers: ratios of measured to predicted jumps are "
-            + few(ratios, 6, what=" velocities")
+            + few(ratios, 6, noun=" velocities")
         )
     if not fit.by_energy:
         ratio = float(np.sqrt(np.sum(solution.residuals**2) / fit.freedoms))

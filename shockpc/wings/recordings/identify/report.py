@@ -66,14 +66,14 @@ def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
     names = [column.name for column in predictor.measured]
-    yield "measured", f"{few(names, 12, what=' velocities')}{when}"
+    yield "measured", f"{few(names, 12, noun=' velocities')}{when}"
     used = {(column.key, column.time) for column in predictor.measured}
     unused = []
     for column in rows.measured:
         if (column.key, column.time) not in used:
             unused.append(f"{column.key} after {column.time:g} ms" if column.time else column.key)
     if unused:
-        yield "not used", few(unused, 12, what=" columns")
+        yield "not used", few(unused, 12, noun=" columns")
     yield "in the table", ", ".join(rows.given)
     yield "of the scene", ", ".join(rows.missing) or "nothing"
 

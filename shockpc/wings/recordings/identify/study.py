@@ -202,7 +202,7 @@ def identify(
     robot = robot or robot_of_table(columns, scene)
     rows = rows_of_table(columns, scene, robot, rename)
     unknowns = tuple(_unknown(robot, subject, values) for subject, values in pairs(unknown))
-    if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
+    if not unknowns or len({unknown.subject for unknown in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
     measured = _velocities(rows, robot)
     velocities = _at_one_time(measured, after)

@@ -173,8 +173,8 @@ def _usual_topics(known: Sequence[Any], remarks: list[str]) -> list[str]:
             )
         chosen += best
         if len(ranks) > 1:
-            others = listed(topic for topic in ranks if topic not in best)
-            remarks.append(f"the {gives}: of {listed(best)}, not of {others}")
+            not_chosen = listed(topic for topic in ranks if topic not in best)
+            remarks.append(f"the {gives}: of {listed(best)}, not of {not_chosen}")
         if gives == "attitude":
             remarks.append(
                 f"the attitude of the base is taken from {listed(best)}, with the same axes"

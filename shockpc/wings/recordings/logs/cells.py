@@ -109,15 +109,15 @@ def _number(cell: Any) -> float:
         return np.nan
 
 
-def unit_quaternions(what: str, quaternions: Array, messages: RowMessages) -> Array:
+def unit_quaternions(name: str, quaternions: Array, messages: RowMessages) -> Array:
     """Quaternions (n, 4) of length 1; where one is none, the row is refused.
 
-    Args: what, their name in messages.
+    Args: name, theirs in messages.
     """
     length = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(length - 1.0) > UNIT_LENGTH
     messages.refuse(
-        wrong, lambda i: f"{what} has length {length[i]:.6g}; a rotation's quaternion has length 1"
+        wrong, lambda i: f"{name} has length {length[i]:.6g}; a rotation's quaternion has length 1"
     )
     return np.where(
         wrong[:, None],

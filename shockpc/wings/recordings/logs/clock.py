@@ -25,9 +25,9 @@ It is in s, or a thousand, a million or a milliard times that.
 """
 
 
-def clock_column(columns: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> str:
+def clock_column(columns: Mapping[str, np.ndarray], not_state: Mapping[str, np.ndarray]) -> str:
     """The name of the column of times."""
-    clocks = [name for name in others if CLOCK.fullmatch(name)]
+    clocks = [name for name in not_state if CLOCK.fullmatch(name)]
     if not clocks:
         raise StudyError(
             f"a log has a column of times, called {listed(LABELS['time'])}, with the unit after it "
@@ -80,12 +80,12 @@ def rising_times(
             "clock, so sort its rows, or give the recordings separately"
         )
     distinct = np.concatenate([[True], steps > SAME_TIME])
-    for count, what in (
+    for count, cause in (
         (int(missing.sum()), "no time"),
         (int((~distinct).sum()), "the time of the sample before them"),
     ):
         if count:
-            remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
+            remarks.append(f"{count} of {len(values)} samples have {cause}, and are left out")
     if not (steps > 0.0).any():
         raise StudyError(f"all samples of column {name} have one time; a log has many")
     # In a wrong unit all steps may be so short that they count as one time.

@@ -252,8 +252,8 @@ def _by_our_name(name: str) -> str:
     return name
 
 
-def twice(what: str) -> StudyError:
+def twice(quantity: str) -> StudyError:
     """The error for two columns that mean the same."""
     return StudyError(
-        f"two columns of the table mean {what}; leave one of them out with --map COLUMN="
+        f"two columns of the table mean {quantity}; leave one of them out with --map COLUMN="
     )

@@ -111,9 +111,9 @@ class LoggedMotion:
         if self.free and not self.has("z"):
             self.unknown.append("the height of the base (z)")
         of_scene = ("position", "base attitude") if self.free else ("position",)
-        for what in rows.missing:
-            if what.startswith(of_scene):
-                self.warnings.append(f"not in this log: {what}; taken from the scene")
+        for part in rows.missing:
+            if part.startswith(of_scene):
+                self.warnings.append(f"not in this log: {part}; taken from the scene")
 
     def _parts_without_gaps(self, log: Log) -> list[tuple[int, int]]:
         """First and last samples of the parts of a log without gaps.

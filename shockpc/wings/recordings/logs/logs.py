@@ -93,12 +93,12 @@ def read_log(
     """
     remarks: list[str] = []
     columns, is_bag = _columns_of_source(source, topics, remarks)
-    positions, rates, others = state_columns(columns, robot, rename)
-    clock = clock_column(columns, others)
+    positions, rates, not_state = state_columns(columns, robot, rename)
+    clock = clock_column(columns, not_state)
     _refuse_no_state(robot, columns, positions)
-    _refuse_lengths((positions, rates, others))
-    start, time, rows = rising_times(clock, others.pop(clock), remarks)
-    sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
+    _refuse_lengths((positions, rates, not_state))
+    start, time, rows = rising_times(clock, not_state.pop(clock), remarks)
+    sensors = {name: not_state.pop(name) for name in tuple(not_state) if SENSOR.fullmatch(name)}
     if is_bag:
         sensors = _of_known_frames(sensors, robot, remarks)
 
@@ -122,7 +122,7 @@ def read_log(
         positions=state.positions,
         rates=state.rates,
         sensors=state.sensors,
-        others={name: values[rows] for name, values in others.items()},
+        others={name: values[rows] for name, values in not_state.items()},
         period={name: period[name] for name in state.columns},
         segment=np.cumsum(gaps),
         remarks=tuple(remarks),
@@ -230,13 +230,13 @@ def _measured_together(
     yield "the position of the base", positions, alike.get((True, "position"), [])
     yield "the velocity of the base", rates, alike.get((False, "v"), [])
     yield "the gyro", rates, alike.get((False, "w"), [])
-    for kind, what in (("a", "accelerometer"), ("w", "gyro")):
+    for kind, sensor in (("a", "accelerometer"), ("w", "gyro")):
         by_frame: dict[str, list[str]] = {}
         for name in sensors:
             if name[0] == kind:
                 by_frame.setdefault(name[3:], []).append(name)
         for frame, names in by_frame.items():
-            yield f'the {what} at "{visible(frame)}"', sensors, names
+            yield f'the {sensor} at "{visible(frame)}"', sensors, names
 
 
 def _gyro_of_base(

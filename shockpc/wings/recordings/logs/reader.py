@@ -232,10 +232,10 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
         )
     known = key in read.base if key else name in read.given(robot)[1]
     if not known:
-        what = key or "rate of this joint"
+        quantity = key or "rate of this joint"
         raise StudyError(
-            f"column {column.name}: the table has no {what} before the impact, so its jump is not "
-            f"known"
+            f"column {column.name}: the table has no {quantity} before the impact, so its jump is "
+            f"not known"
         )
     if not key:
         joint = robot.joint(name)
@@ -266,11 +266,11 @@ def _origins(
     if any(np.isfinite(values).any() for values in read.efforts.values()):
         yield "efforts", True
     joints = [name for name in robot.joint_names if name not in robot.followers]
-    for what, known in zip(("position", "rate"), read.given(robot), strict=True):
+    for quantity, known in zip(("position", "rate"), read.given(robot), strict=True):
         if known:
             plural = "s" if len(known) > 1 else ""
-            yield f"{what}s of {len(known)} joint{plural}", True
+            yield f"{quantity}s of {len(known)} joint{plural}", True
         absent = [name for name in joints if name not in known]
         if absent:
             which = "all joints" if len(absent) == len(joints) else listed(absent, 8)
-            yield f"{what} of {which}", False
+            yield f"{quantity} of {which}", False

@@ -39,7 +39,7 @@ def without_repeats(
             have its numbers.
         time: (n,) of the samples [s].
     """
-    for what, columns, names in groups:
+    for sensor, columns, names in groups:
         if not names:
             continue
         values = np.stack([columns[name] for name in names], axis=1)
@@ -54,7 +54,7 @@ def without_repeats(
             columns[name][repeated] = np.nan
         rate = 1.0 / float(np.median(np.diff(time[known])))
         yield (
-            f"each sample of {what} is there {times} times: a new one comes {rate / times:.0f} "
+            f"each sample of {sensor} is there {times} times: a new one comes {rate / times:.0f} "
             f"times a second in {rate:.0f} "
             "samples, and the others are left out"
         )

@@ -328,8 +328,8 @@ def motions(landing: PosedLanding, read: RobotColumns, Q: Array) -> Motion:
     )
     for name, values in read.rates.items():
         rates[:, robot.joint(name).v] = values[:, None]
-    given = bool(read.rates) or "qvel" in read.arrays
-    for mimic in robot.mimics if given else ():
+    has_rates = bool(read.rates) or "qvel" in read.arrays
+    for mimic in robot.mimics if has_rates else ():
         led = np.zeros(n)
         for leader, multiplier in mimic.leaders.items():
             led += multiplier * rates[:, robot.joint(leader).v.start]
@@ -339,7 +339,10 @@ def motions(landing: PosedLanding, read: RobotColumns, Q: Array) -> Motion:
     else:
         rotation = np.broadcast_to(landing.state.rotation[0, 0], (n, 3, 3))
     velocity = _of_base(
-        "v", landing.before.velocity * (not given or _moves_with_joints(landing)), read, rotation
+        "v",
+        landing.before.velocity * (not has_rates or _moves_with_joints(landing)),
+        read,
+        rotation,
     )
     return Motion(velocity, _of_base("w", landing.before.omega, read, rotation), rates)
 

@@ -85,7 +85,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
     return _checked(columns, f'table "{path}"')
 
 
-def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]:
+def _checked(columns: dict[str, np.ndarray], table_name: str) -> dict[str, np.ndarray]:
     """The columns of a table, refused without rows or with neither numbers nor texts.
 
     Messages call the table by a name.
@@ -93,11 +93,11 @@ def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
             raise StudyError(
-                f"{what}: {name} is {values.dtype} of shape {values.shape}; columns hold real "
-                f"numbers or texts"
+                f"{table_name}: {name} is {values.dtype} of shape {values.shape}; columns hold "
+                f"real numbers or texts"
             )
     if not columns or min(map(np.size, columns.values())) == 0:
-        raise StudyError(f"{what} has no rows")
+        raise StudyError(f"{table_name} has no rows")
     return columns
 
 

@@ -120,7 +120,7 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
     for landing in study.resolved:
         frames = [contact.frame for contact in landing.scene.contact]
         contacts[" + ".join(frames)] = None
-    yield "contact", few(list(contacts), 4, what=" sets of contacts")
+    yield "contact", few(list(contacts), 4, noun=" sets of contacts")
     friction = rows.friction[~np.isnan(rows.friction)]
     if friction.size:
         text = " to ".join(dict.fromkeys(f"{x:g}" for x in (friction.min(), friction.max())))
@@ -155,9 +155,9 @@ def _rows(results: Table, order: Sequence[int]) -> Sheet:
     """A row for every landing."""
     sheet = sheet_of(results, "landings", messages="message")
     # The first column has the names of the landings; keys of the others are their names.
-    _, *others = [Heading(name, name, unit) for name, unit in results.units.items()]
+    _, *headings = [Heading(name, name, unit) for name, unit in results.units.items()]
     rows = [sheet.rows[i] for i in order]
-    return sheet._replace(header=["landing", *others, "message"], rows=rows)
+    return sheet._replace(header=["landing", *headings, "message"], rows=rows)
 
 
 def _shown_rows(

@@ -209,8 +209,8 @@ class TouchdownFinder:
         speeds: dict[int, float] = {}
         for touch in sorted(group, key=lambda touch: touch.contact):
             speeds[touch.contact] = touch.speed
-        others = [c for c in range(len(self.frames)) if c not in speeds]
-        standing = [c for c in others if self._stands(c, first)]
+        not_struck = [c for c in range(len(self.frames)) if c not in speeds]
+        standing = [c for c in not_struck if self._stands(c, first)]
         since = max(self.motion.run(first)[0], begin)
         row, message = read(TouchSamples(since, first, last, tuple(speeds), standing), after)
         landing = Touchdown(

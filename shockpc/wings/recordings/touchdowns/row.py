@@ -191,17 +191,17 @@ class RowReader:
         begin: int,
         end: int,
         missing: Missing,
-        what: str,
+        message: str,
         time: str = "",
     ) -> dict[str, float]:
         """Velocities of the base that the log lacks.
 
-        Args: missing gets `what` and the reason, with the time [ms].
+        Args: missing gets `message` and the reason, with the time [ms].
         """
         standing = [c for c in feet if self._stands_throughout(c, begin, end)]
         velocities, reason = base_velocity(self.motion, standing, begin, end, not prefix)
         if reason:
-            missing.add(what + reason, time)
+            missing.add(message + reason, time)
         return {prefix + key: x for key, x in velocities.items() if key not in self.known}
 
     def _stands_throughout(self, c: int, begin: int, end: int) -> bool:
@@ -243,8 +243,8 @@ class RowReader:
         row |= self._velocities(prefix, part, begin, end)
         if by_feet:
             feet = (*touch.stance, *touch.contacts)
-            what = "no base velocity {} ms after it: "
-            row |= self._by_feet(prefix, feet, begin, end, missing, what, text)
+            message = "no base velocity {} ms after it: "
+            row |= self._by_feet(prefix, feet, begin, end, missing, message, text)
 
     def _rail_before(self, touch: int, begin: int, end: int) -> float:
         """Rate of a rail that the log lacks, by the flight since the last contact [m/s].
