@@ -11,6 +11,7 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scenes.scene import Scene
+from shockpc.text.printed import unit_text
 
 Places: TypeAlias = Sequence[Place]
 T = TypeVar("T")
@@ -125,7 +126,7 @@ class Quantity(NamedTuple):
     @property
     def unit_text(self) -> str:
         """The unit as tables and texts have it, with "-" for a ratio."""
-        return "-" if self.unit == "1" else self.unit
+        return unit_text(self.unit)
 
     @property
     def vector(self) -> bool:

@@ -167,6 +167,11 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun if number == 1 else plural(noun)}"
 
 
+def unit_text(unit: str) -> str:
+    """A unit as tables and texts have it, with "-" for that of a ratio, 1."""
+    return "-" if unit == "1" else unit
+
+
 def few(names: Sequence[str], most: int, separator: str = ", ", noun: str = "") -> str:
     """The first names, and how many more there are."""
     return separator.join(names[:most]) + (

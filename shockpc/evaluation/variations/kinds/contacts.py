@@ -11,6 +11,7 @@ from shockpc.landing.scenes.scene import ORIGIN, Contact, Scene
 from shockpc.landing.scenes.scene_fields import options_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+from shockpc.text.printed import unit_text
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,8 @@ def _of_record(kind: type[OfGround], record: type) -> tuple[OfGround, ...]:
     kinds = []
     for field, option in options_of(record).items():
         if option.varies:
-            unit, lasting = option.unit.replace("1", "-"), option.name.endswith("-stiffness")
+            unit = unit_text(option.unit)
+            lasting = option.name.endswith("-stiffness")
             of_field = kind(option.name, unit, field=field, lasting=lasting, option=option.name)
             kinds.append(of_field)
     return tuple(kinds)
