@@ -266,7 +266,9 @@ def hardly_sensitive(profile: ShockProfile) -> bool:
     is κ u / s.
     """
     landing, proof = profile.landing, profile.proof
-    if landing.base != "free" or not landing.translates or landing.loops or profile.redundant:
+    if landing.base != "free" or not landing.translates:
+        return False
+    if landing.loops or profile.redundant:
         return False
     size = motion(proof.jumps[..., 3:], landing.robot.rotation_lengths)[:, 0]
     normals = landing.plane.normal @ landing.state.rotation[0]

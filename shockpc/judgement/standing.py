@@ -165,7 +165,8 @@ def _posture_by_default(profile: ShockProfile) -> bool:
     """True if the posture was taken as the robot's file has no other."""
     robot, landing = profile.robot, profile.landing
     posture = landing.scene.posture
-    if "neutral" in robot.postures or posture.joints or posture.joints_deg or landing.loops:
+    has_joints = posture.joints or posture.joints_deg
+    if "neutral" in robot.postures or has_joints or landing.loops:
         return False
     default = reference_name(robot, None)
     return posture.reference == default and default in ("neutral", BENT)

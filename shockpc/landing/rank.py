@@ -146,8 +146,8 @@ class Mechanism(NamedTuple):
         rotation = state.rotation[:, 0]
         has_full_force = all(len(constraint.forces) == 3 for constraint in constraints)
         has_moment = any(len(constraint.moments) for constraint in constraints)
-        all_points = has_full_force and not has_moment
-        if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and all_points):
+        fixed_on_points = self.base == "fixed" and has_full_force and not has_moment
+        if self.base == "free" or not self.robot.free_base or fixed_on_points:
             return np.zeros((len(rotation), 0))
         part = self.plane.normal @ rotation if self._turns else rotation
         return np.asarray(part.round(9) + 0.0)

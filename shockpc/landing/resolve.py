@@ -90,9 +90,9 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
         raise SceneError(f"no contact is defined; name {example}")
     strike, base = scene.strike, scene.base or _default_base(scene, robot)
     only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)
-    if strike == Strike(joint_velocities=strike.joint_velocities) and (
-        only_stops or (base == "fixed" and strike.joint_velocities)
-    ):
+    only_joint_velocities = strike == Strike(joint_velocities=strike.joint_velocities)
+    joints_move_on_fixed_base = base == "fixed" and strike.joint_velocities
+    if only_joint_velocities and (only_stops or joints_move_on_fixed_base):
         # The motion of a fixed base is that of the ground, of which there is none where the joints
         # move.
         strike = replace(strike, velocity=(0.0, 0.0, 0.0))

@@ -256,7 +256,8 @@ def clear_resistance(impact: DoubleImpact, number: int) -> dict[str, Array]:
     constraint = impact.constraints[number]
     is_point = constraint.kind != "stop" and not len(constraint.moments)
     strikes = number < len(landing.contacts)
-    if not (landing.floating and not landing.loops and is_point and strikes):
+    is_free = landing.floating and not landing.loops
+    if not (is_free and is_point and strikes):
         return dict.fromkeys(PARTS, np.full(len(impact.state.J), np.nan))
     # All three directions count, whichever of them the contact stops.
     point = constraint._replace(forces=np.eye(3), moments=NO_AXES)

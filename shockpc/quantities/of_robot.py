@@ -177,8 +177,9 @@ def _others_level(impact: Impact) -> Array:
     landing, state = impact.landing, impact.state
     before = landing.before
     driven = any(contact.velocity is not None for contact in landing.contacts)
+    is_free = landing.base != "fixed" and not landing.stance
     level = np.zeros(len(state.J), dtype=bool)
-    if landing.base != "fixed" and not landing.stance and not driven and on_ground(landing):
+    if is_free and not driven and on_ground(landing):
         rotation = state.rotation.astype(float, copy=False)
         position = state.position.astype(float, copy=False)
         turns = before.omega.any(axis=-1) | before.joint_rates.any(axis=-1)

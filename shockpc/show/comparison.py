@@ -227,6 +227,10 @@ def _over_drives(comparison: Comparison) -> list[str]:
 
 def _document(comparison: Comparison) -> dict[str, Any]:
     labels = [design.label for design in comparison.designs]
+    unmatched = []
+    for entry in comparison.unmatched:
+        designs = [labels[k] for k in entry.designs]
+        unmatched.append({**record(entry, "kind", "name"), "designs": designs})
     return {
         "designs": [
             {
@@ -244,10 +248,7 @@ def _document(comparison: Comparison) -> dict[str, Any]:
             {"quantity": entry.selection.name, **record(entry.selection.quantity, "title", "unit")}
             for entry in comparison.quantities
         ],
-        "unmatched": [
-            {**record(entry, "kind", "name"), "designs": [labels[k] for k in entry.designs]}
-            for entry in comparison.unmatched
-        ],
+        "unmatched": unmatched,
     }
 
 

@@ -330,7 +330,8 @@ class Variation:
             StudyError: a number has no logarithm.
         """
         law = read.law
-        if self.factor and law == "uniform" and self.span is not None and self.kind.log_factors:
+        is_uniform = law == "uniform" and self.span is not None
+        if is_uniform and self.factor and self.kind.log_factors:
             law = "log-uniform"
         if law == "log-uniform" and not read.smallest > 0.0:
             raise StudyError(

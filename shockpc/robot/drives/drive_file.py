@@ -85,8 +85,9 @@ def _faults(drive: Drive) -> Iterator[str]:
     }
     for key, value in ((key, value) for key, value in values.items() if value is not None):
         low, high = ends(value)
-        least = "zero or above" if key in _INERTIAS else "above zero"
-        valid = key == "gear_ratio" or low > 0.0 or (low == 0.0 and key in _INERTIAS)
+        least, valid = "above zero", low > 0.0 or key == "gear_ratio"
+        if key in _INERTIAS:
+            least, valid = "zero or above", low >= 0.0
         if fault := interval_fault(value):
             yield f"has a {key} that {fault}"
         elif not valid or high > LARGEST_NUMBER:

@@ -43,8 +43,10 @@ def striking(robot: Robot, name: str) -> Striking:
     of_frame, unread = own_shapes(robot, name)
     is_end = name in each_foot(robot)
     is_whole_foot = is_end and recognised(robot)
-    if of_frame and (not is_end or not links or _is_ball_at_end(of_frame, frame, links)):
-        return Striking(of_frame, unread, False, is_whole_foot)
+    if of_frame:
+        alone = not is_end or not links or _is_ball_at_end(of_frame, frame, links)
+        if alone:
+            return Striking(of_frame, unread, False, is_whole_foot)
     shapes, lost = _shapes_of_links(robot, links)
     if is_whole_foot and not shapes and not lost:
         shapes = _marked_points(robot, frame.body)

@@ -167,11 +167,9 @@ def scanned(
     missing = np.isnan(numbers[:, scene_strike])
     uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
     uncertain = uncertain.reshape(shape)[:, scene_strike] & ~missing
-    unreachable = []
-    for first, last in _runs(missing):
-        reason = table.messages.get(first * len(angles) + scene_strike, UNDETERMINED)
-        unreachable.append((float(values[first]), float(values[last]), reason))
-
+    reasons = [
+        table.messages.get(k * len(angles) + scene_strike, UNDETERMINED) for k in range(len(values))
+    ]
     kept = _closable(missing) if landing.loops else slice(None)
     return Scan(
         sweep=sweep,
@@ -183,9 +181,17 @@ def scanned(
         numbers=numbers[kept],
         allowed_by_ground=table.feasible.reshape(shape)[kept],
         scene_strike=scene_strike,
-        unreachable=tuple(unreachable),
+        unreachable=_unreachable(values, missing, reasons),
         inaccurate=int(uncertain.sum()),
     )
+
+
+def _unreachable(
+    values: Array, missing: np.ndarray, reasons: Sequence[str]
+) -> tuple[tuple[float, float, str], ...]:
+    """Ends of each run of values without a number, and why the first of them has none."""
+    runs = _runs(missing)
+    return tuple((float(values[k]), float(values[last]), reasons[k]) for k, last in runs)
 
 
 def _closable(missing: np.ndarray) -> slice:

@@ -107,9 +107,11 @@ def _slender_links(landing: PosedLanding, contact: int) -> tuple[str, ...]:
     body, links = struck.body, list[int]()
     if struck.kind == "stop":
         return ()
-    # Body 0 of a free robot is its base, which bends only where the contact is on it; of a fixed
-    # one it is the first link.
-    while body > 0 or (body == 0 and not (links and robot.free_base)):
+    while body >= 0:
+        # Body 0 of a free robot is its base, which bends only where the contact is on it; of a
+        # fixed one it is the first link.
+        if body == 0 and links and robot.free_base:
+            break
         links.append(body)
         body = robot.parents[body]
     names = []

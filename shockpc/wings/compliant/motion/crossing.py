@@ -301,7 +301,8 @@ def _stays(lowest: float, linear: float, square: float) -> float:
 
     It is infinite if it does not.
     """
-    if square < 0.0 or (square == 0.0 and (linear < 0.0 or linear == 0.0 >= lowest)):
+    line_falls = linear < 0.0 or linear == 0.0 >= lowest
+    if square < 0.0 or (square == 0.0 and line_falls):
         return np.inf
     if lowest > 0.0 <= linear:
         return 0.0

@@ -138,20 +138,22 @@ def fit_of(predictor: Predictor, noise: Array | None) -> Fit:
     Raises:
         StudyError: a range is not valid, or there are too few landings.
     """
-    low, middle, high = (
-        tuple(value_at_share(unknown, share) for unknown in predictor.unknowns)
-        for share in (0.0, 0.5, 1.0)
-    )
-    for values in (low, high):
-        _ = predictor.study(values).first  # what is wrong with a range is said at once
+    for share in (0.0, 1.0):
+        # What is wrong with a range is said at once.
+        _ = predictor.study(_values_at(predictor, share)).first
     before = predictor(None)
-    W = mobilities(predictor.study(middle))
+    W = mobilities(predictor.study(_values_at(predictor, 0.5)))
     moved = np.nan_to_num(before.measured).any(axis=1)
     used = moved & (predictor.strike_energy > 0.0) & np.isfinite(W).all(axis=(1, 2))
     if used.sum() <= len(predictor.unknowns):
         raise _too_few(predictor, before, int(used.sum()))
     whitening = _whitening(predictor, np.isfinite(before.measured), used, noise, W)
     return Fit(predictor, before, used, whitening, noise is None)
+
+
+def _values_at(predictor: Predictor, share: float) -> tuple[float, ...]:
+    """The values of the unknowns at a share of their ranges."""
+    return tuple(value_at_share(unknown, share) for unknown in predictor.unknowns)
 
 
 def _too_few(predictor: Predictor, before: Predicted, used: int) -> StudyError:
