@@ -25,8 +25,10 @@ from shockpc import (
     Contact,
     Joints,
     Posture,
+    Rotor,
     Scene,
     ShockError,
+    ShockWarning,
     SolveError,
     Strike,
     resolve,
@@ -596,3 +598,26 @@ def test_no_impulse_is_above_the_bound_that_excludes_a_warning(name, joints):
     assert max(largest) <= impulse_bound(profile) * (1.0 + 1e-12)
     assert profile.landing.floating
     assert np.nanmax(profile.value("effective_mass", "contact")) <= robot.mass * (1.0 + 1e-12)
+
+
+def test_a_large_effective_mass_is_warned_of_where_the_inertia_is_indefinite():
+    """A rotor of more inertia than the link that carries it; the impulses are small, because the
+    contact hardly moves along its normal.
+    """
+
+    def moments(value):
+        return f'<inertia ixx="{value}" iyy="{value}" izz="{value}" ixy="0" ixz="0" iyz="0"/>'
+
+    base = link("base", "1", moments(0.02))
+    arm = link("arm", "0.1", moments(0.0001))
+    robot = robot_from(urdf(base, arm, joint("hinge", "base", "arm", "continuous", more="")))
+    rotor = Rotor(inertia=0.11901, gear_ratio=1.0, gear="planetary")
+    scene = Scene(
+        robot="r",
+        contact=Contact(frame="base", offset=(0.3, 0.0, 0.0), directions=("z",)),
+        joints=Joints(rotor={"hinge": rotor}),
+        strike=Strike(velocity=(1.0, 0.0, -0.001)),
+    )
+    with pytest.warns(ShockWarning, match='effective mass of contact "base" 1.09e\\+04 kg is'):
+        profile = shock_profile(scene, robot)
+    assert profile.landing.floating

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import DATA_TOLERANCE
+from shockpc.core.inertia import definite
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact_impact import BallImpact
@@ -161,9 +162,11 @@ def oversized(profile: ShockProfile) -> Iterator[Diagnostic]:
     landing = profile.landing
     mass, impulse = _allowed(profile)
     # A floating robot can yield to a contact by its translation, so that its effective mass is at
-    # most its mass.
+    # most its mass; but not where a motion has a negative inertia, as with a rotor of more inertia
+    # than the link that carries it.
     strikes_stop = any(contact.kind == "stop" for contact in landing.contacts)
-    yields = landing.floating and not strikes_stop
+    is_definite = bool(np.isfinite(definite(landing.state.inertia)).all())
+    yields = landing.floating and not strikes_stop and is_definite
     if yields and impulse_bound(profile) <= OVERSIZED * impulse:
         return
 
