@@ -181,14 +181,14 @@ def _lowest_of_shapes(
     sought = np.full(len(rotation), np.inf) if below is None else below.copy()
     # Contacts come first, because they do not lower what is sought; the lowest bodies next, because
     # they do, which leaves fewer to measure.
-    upwards = sorted(bodies, key=lambda some: (some.body not in carriers, low[some.body].sum()))
-    for some in upwards:
-        body = some.body
+    upwards = sorted(bodies, key=lambda group: (group.body not in carriers, low[group.body].sum()))
+    for group in upwards:
+        body = group.body
         near = np.flatnonzero(low[body] <= sought)
         if not near.size:
             continue
-        lowest = height[body, near] - some.reach_down(rising[body, near].T)
-        surface[some.numbers[:, None], near] = lowest
+        lowest = height[body, near] - group.reach_down(rising[body, near].T)
+        surface[group.numbers[:, None], near] = lowest
         if body not in carriers and below is not None:
             sought[near] = np.minimum(sought[near], lowest.min(axis=0) + LEVEL)
     return surface.T

@@ -105,23 +105,23 @@ def _angles(part: Element, quaternion: str, version: str, subject: str) -> list[
 
     It is refused as in `_without_quaternions`.
     """
-    name = f'quat_xyzw="{quaternion}"'
+    quat = f'quat_xyzw="{quaternion}"'
     if "rpy" in part.attrib:
         raise RobotError(
-            f'{subject}: its <{part.tag}> has rpy="{part.get("rpy")}" and {name}; keep one of them'
+            f'{subject}: its <{part.tag}> has rpy="{part.get("rpy")}" and {quat}; keep one of them'
         )
-    name += f" of its <{part.tag}>"
+    quat += f" of its <{part.tag}>"
     if version not in ("1.1", "1.2"):
         stated = f'version="{version}"' if version else "no version"
         raise RobotError(
-            f"{subject}: {name} is read from version 1.1 of URDF on, and the file has {stated}, "
+            f"{subject}: {quat} is read from version 1.1 of URDF on, and the file has {stated}, "
             f'for which readers leave it out; write <robot version="1.1"> if it is meant, or rpy '
             f"in place of it"
         )
     values = finite_numbers(quaternion, 4)
     if values is None or not 1e-100 < float(np.linalg.norm(values)) < 1e100:
         raise RobotError(
-            f"{subject}: {name} is no rotation; it has to be four finite numbers x, y, z, w, not "
+            f"{subject}: {quat} is no rotation; it has to be four finite numbers x, y, z, w, not "
             f"all zero"
         )
     R = pin.Quaternion(values / np.linalg.norm(values)).matrix()
