@@ -145,8 +145,7 @@ def follow_fall(
             if turns > MOST_TURNS:
                 break
             continue
-        hinge = -1 if hinged is not None else on
-        after, on_ground = _strike(section, hinge, phase.striking, motion, mu)
+        after, on_ground = _strike(section, on, phase.striking, motion, mu)
         a, _ = section.at(phase.striking, motion.theta)
         impact = CornerImpact(phase.striking, on, motion, after, motion.omega * a - motion.vz)
         impacts.append(impact)
