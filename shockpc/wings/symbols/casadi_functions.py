@@ -43,7 +43,7 @@ def tangent(robot: Robot, q: casadi.SX) -> casadi.SX:
 
 
 def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
-    """Numbers (m,), then their derivatives (m, nv + given), row after row.
+    """Numbers (m,), then their derivatives (m, nv + before), row after row.
 
     They are by the tangent of q and by the motion before the impact.
     """

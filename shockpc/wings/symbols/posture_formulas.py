@@ -81,10 +81,10 @@ class LiveLanding(NamedTuple):
         parts = ",\n".join(
             "(x,s,t,out)=>{{\n{}\n}}".format(body.replace(";\nconst ", ",\n")) for body in bodies
         )
-        run = "for(const part of parts)part(...before_size)"
+        run = "for(const part of parts)part(...inputs)"
         return (
             f"(()=>{{const w=new Float64Array({slots}),parts=[\n{parts}];return "
-            f"(...before_size)=>{{{run}}}}})()"
+            f"(...inputs)=>{{{run}}}}})()"
         )
 
 

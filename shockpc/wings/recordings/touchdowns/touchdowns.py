@@ -10,9 +10,7 @@ from shockpc.evaluation.table import Table
 from shockpc.robot.robot import Robot
 from shockpc.text.display import brief, shown_by
 from shockpc.text.printed import count
-from shockpc.wings.recordings.logs.logged_motion import (
-    StatePart,
-)
+from shockpc.wings.recordings.logs.logged_motion import StatePart
 from shockpc.wings.recordings.logs.logs import Log
 
 
