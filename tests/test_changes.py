@@ -141,6 +141,11 @@ def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_pat
     assert more.masses.tolist() == [4.0, 1.0]
 
 
+def test_an_unknown_property_is_refused():
+    with pytest.raises(UnknownName, match='no property "com-w"; nearest: "com-'):
+        Change("com-w", "trunk", 0.02, factor=False)
+
+
 def test_original_stays_as_it_is(dog):
     before = (
         [np.array(inertia.toDynamicParameters()) for inertia in dog.model.inertias],

@@ -12,7 +12,7 @@ from shockpc.robot.bodies_and_joints import Drives
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import StudyError, UnknownName
 from shockpc.text.printed import listed
 
 ENTRIES = ("inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz")
@@ -20,6 +20,9 @@ ENTRIES = ("inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz",
 
 ADDED = ("point-mass", "com-x", "com-y", "com-z", *ENTRIES)
 """The properties whose value is added to the present one."""
+
+PROPERTIES = ("mass", "inertia", "armature", "place", *ADDED)
+"""All properties that a change may have."""
 
 SMALL = 0.01
 """Share of a body's mass below which a change of its links is probably not the change of the body
@@ -50,12 +53,15 @@ class Change:
     factor: bool
 
     def __post_init__(self) -> None:
-        """Refuse values that no link and no joint has.
+        """Refuse unknown properties, and values that no link and no joint has.
 
         Raises:
+            UnknownName: there is no such property.
             StudyError: the value is not finite, not above zero, or not of the kind that the
                 property takes.
         """
+        if self.what not in PROPERTIES:
+            raise UnknownName("property", self.what, PROPERTIES, "", "")
         fault = self._fault()
         if fault:
             raise StudyError(f"change {self}: {fault}")
