@@ -47,6 +47,7 @@ def kinetic(robot, q, v):
         "inertia:LF_THIGH=1.7x",
         "inertia-xz:LF_THIGH=0.002",
         "mass:base_inertia=20; com-y:*_HIP=0.01",
+        " mass : base_inertia = 20 ",
     ],
 )
 def test_bodies_and_model_agree_after_a_change(dog, text):

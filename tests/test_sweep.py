@@ -808,6 +808,8 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"speed": [-1]}, {}, ShockError, "above zero"),
         ({"mass:base": "0x:1x:3"}, {}, StudyError, "not above zero"),
         ({"mass:nothing": "1x"}, {}, UnknownName, "nothing"),
+        ({"mass: base": "1x"}, {}, UnknownName, 'no link with mass " base"'),
+        ({"speed ": [1]}, {}, UnknownName, 'no joint or quantity "speed "'),
         ({"mass": "1x"}, {}, StudyError, "mass names no link; write mass:LINK=VALUES"),
         ({"inertia:base": "1,2"}, {}, StudyError, "by factors"),
         ({"armature:*": [-1]}, {}, StudyError, "below zero"),

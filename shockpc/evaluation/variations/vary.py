@@ -105,7 +105,7 @@ def read_changes(text: str) -> tuple[Change, ...]:
 def _read_change(text: str) -> Change:
     """One change, PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx."""
     subject, _, number = text.rpartition("=")
-    kind, target = kind_and_target(subject)
+    kind, target = kind_and_target(":".join(map(str.strip, subject.split(":", 1))))
     texts, factor = factor_texts(number.split(","))
     try:
         values = tuple(map(number_from, texts))

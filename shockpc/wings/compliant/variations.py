@@ -14,7 +14,10 @@ from shockpc.wings.compliant.links.flexes import Flex, flexes_by_body, flexes_of
 
 @dataclass(frozen=True)
 class BendingStiffness(Kind):
-    """The bending stiffness of links [N m²]; factors multiply that of all links that bend."""
+    """The bending stiffness of links [N m²]; factors multiply that of all links that bend.
+
+    The option for links that bend gives their hinges and their other stiffnesses too.
+    """
 
     of: Target = "LINK"
     factors: Factors = "also"
@@ -22,7 +25,6 @@ class BendingStiffness(Kind):
     nonnegative: bool = True
     lasting: bool = True
     uncertain: bool = True
-    option: str = "flex"
 
     def check(self, robot: Robot, varied: Variation, smallest: float) -> None:
         robot.match_bodies(varied.target)
@@ -71,7 +73,7 @@ class BendingStiffness(Kind):
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
         changed = [name for name, text in scene.flex.items() if base.flex.get(name) != text]
-        return [(f"--{self.option}", f"{name}={scene.flex[name]}") for name in changed]
+        return [("--flex", f"{name}={scene.flex[name]}") for name in changed]
 
 
 KINDS = (BendingStiffness("flex", "N m²"),)

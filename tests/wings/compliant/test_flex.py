@@ -491,6 +491,15 @@ def test_variations():
         assert found == pytest.approx(peaks(scene)["FL_foot"], rel=1e-9)
 
 
+def test_varied_links_keep_other_stiffnesses_that_are_typed(capfd, tmp_path):
+    """The option for links that bend is refused neither where it is given nor where it is not."""
+    (tmp_path / "stick.urdf").write_text(STICK)
+    words = f"sweep {tmp_path}/stick.urdf --contact foot --contact-stiffness 1e5 --prove 0"
+    words += " --quantity peak_force@foot --vary flex:shin=50,100 --format csv"
+    bent = good(capfd, *words.split())
+    assert good(capfd, *words.split(), "--flex", "shin=EI:60,EA:1e4") != bent
+
+
 @pytest.mark.slow
 def test_measured_rates_identify_the_stiffness(capfd, tmp_path):
     """Rates after 2 ms, integrated from simulated accelerations with EI = 674, give that back, from

@@ -25,7 +25,7 @@ WORDS = tuple(kind.form for kind in KINDS.values())
 
 def kind_and_target(subject: str) -> tuple[Kind, str]:
     """Kind and target of a subject as it is typed: KIND, KIND:TARGET, or the name of a joint."""
-    word, colon, target = map(str.strip, subject.partition(":"))
+    word, colon, target = subject.partition(":")
     if word == JOINT_POSITION.word and colon:
         return JOINT_POSITION, target
     kind = KINDS.get(word)
