@@ -253,18 +253,21 @@ class Kind:
 
         Args: x (n,), values [m, rad]; NaN leaves a row as it is.
         """
+        raise NotImplementedError(self.word)
 
     def set_inertia(self, varied: "Variation", rows: RowInertias, x: Array) -> None:
         """Change the inertias of rows, of an inertial kind.
 
         Args: x (n,), values; NaN leaves a row as it is.
         """
+        raise NotImplementedError(self.word)
 
     def set_strike(self, rows: RowStrikes, x: Array) -> None:
         """Change the strikes of rows, of a kind of stage 2.
 
         Args: x (...), values [m/s, rad]; NaN leaves a row as it is.
         """
+        raise NotImplementedError(self.word)
 
     def has_derivatives(self, scene: Scene) -> bool:
         """True if there are formulas for derivatives by it in a landing."""
