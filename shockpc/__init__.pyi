@@ -65,8 +65,8 @@ from .wings.fall.study import Falls as Falls
 from .wings.fall.study import fall as fall
 from .wings.recordings.identify.study import Identification as Identification
 from .wings.recordings.identify.study import identify as identify
-from .wings.recordings.logs.landings import RecordedLandings as RecordedLandings
 from .wings.recordings.recorded.study import recorded as recorded
+from .wings.recordings.tables.landings import RecordedLandings as RecordedLandings
 from .wings.recordings.touchdowns.study import touchdowns as touchdowns
 from .wings.recordings.touchdowns.touchdowns import Touchdowns as Touchdowns
 from .wings.symbols.export.study import Export as Export

@@ -43,7 +43,7 @@ def simulated(scene, table, true, noise, rng):
     velocities after (by column).
     """
     from shockpc.wings.recordings.identify.predictor import Predictor
-    from shockpc.wings.recordings.logs.reader import rows_of
+    from shockpc.wings.recordings.tables.reader import rows_of
 
     robot = robot_of(scene)
     n = len(next(iter(table.values())))

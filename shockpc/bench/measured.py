@@ -9,9 +9,9 @@ from shockpc import Contact, Joints, Scene, load_robot, read_scene
 from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.show.tables import Sheet
-from shockpc.wings.recordings.logs.table_files import read_table
 from shockpc.wings.recordings.recorded.report import agreement_sheet
 from shockpc.wings.recordings.recorded.study import compare_measured
+from shockpc.wings.recordings.tables.table_files import read_table
 
 MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 

@@ -12,8 +12,8 @@ from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study_inputs import CommandLine, Input
 from shockpc.landing.scenes.scene import Contact
 from shockpc.robot.robot import Robot
-from shockpc.wings.recordings.logs.column_meaning import StateColumns
 from shockpc.wings.recordings.recorded_table import refuse_overridden, table_and_scene
+from shockpc.wings.recordings.tables.column_meaning import StateColumns
 
 _LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."
 _TABLE = "A table of landings: .csv, .parquet or .npz."

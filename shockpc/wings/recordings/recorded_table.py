@@ -17,15 +17,15 @@ from shockpc.landing.scenes.scene_file import check_scene, plane_of
 from shockpc.landing.scenes.strike import Strike
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
-from shockpc.wings.recordings.logs.cells import empty_cells
-from shockpc.wings.recordings.logs.column_meaning import (
+from shockpc.wings.recordings.tables.cells import empty_cells
+from shockpc.wings.recordings.tables.column_meaning import (
     FRICTION,
     StateColumns,
     column_name,
     state_columns,
 )
-from shockpc.wings.recordings.logs.state import ANGLES
-from shockpc.wings.recordings.logs.table_files import read_table
+from shockpc.wings.recordings.tables.state import ANGLES
+from shockpc.wings.recordings.tables.table_files import read_table
 
 VELOCITY, ANGULAR_VELOCITY = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 """Columns of the base."""

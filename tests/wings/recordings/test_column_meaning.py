@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from shockpc.wings.recordings.logs.column_meaning import named_columns
+from shockpc.wings.recordings.tables.column_meaning import named_columns
 
 
 def test_the_time_of_a_heading_is_linear_in_its_length():

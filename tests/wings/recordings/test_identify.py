@@ -32,15 +32,15 @@ from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.dynamics import dynamics
 from shockpc.wings.recordings.identify.predictor import Predictor
 from shockpc.wings.recordings.identify.report import identify_report
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.prediction import (
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.prediction import (
     base_in_world,
     energy_norms,
     mobilities,
     predicting,
 )
-from shockpc.wings.recordings.logs.reader import rows_of
-from shockpc.wings.recordings.logs.table_files import read_table
+from shockpc.wings.recordings.tables.reader import rows_of
+from shockpc.wings.recordings.tables.table_files import read_table
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
 GROUND = {"friction": "0:1.5", "restitution": "0:1"}

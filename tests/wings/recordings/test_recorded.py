@@ -33,11 +33,6 @@ from shockpc.landing.scenes.scene_file import robot_of, scene_text
 from shockpc.method.approach import Motion
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 from shockpc.wings.compliant.over_time.compliant_landing import CompliantLanding
-from shockpc.wings.recordings.logs import table_files as files
-from shockpc.wings.recordings.logs.evaluation import recorded_landings
-from shockpc.wings.recordings.logs.landings import CLOSED_BY
-from shockpc.wings.recordings.logs.reader import rows_of
-from shockpc.wings.recordings.logs.table_files import read_table
 from shockpc.wings.recordings.recorded import study as recorded
 from shockpc.wings.recordings.recorded.figure import draw_validation
 from shockpc.wings.recordings.recorded.report import agreement_sheet
@@ -49,6 +44,11 @@ from shockpc.wings.recordings.recorded.study import (
     Validation,
     compare_measured,
 )
+from shockpc.wings.recordings.tables import table_files as files
+from shockpc.wings.recordings.tables.evaluation import recorded_landings
+from shockpc.wings.recordings.tables.landings import CLOSED_BY
+from shockpc.wings.recordings.tables.reader import rows_of
+from shockpc.wings.recordings.tables.table_files import read_table
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 JOINTS = ("LF_HAA", "LF_HFE", "LF_KFE", "RH_KFE")
@@ -1771,7 +1771,7 @@ def test_measured_over_predicted_jumps_hides_no_point():
 CORRUPTED = """
 import io, sys
 import numpy as np, pyarrow, pyarrow.parquet
-from shockpc.wings.recordings.logs.table_files import read_table
+from shockpc.wings.recordings.tables.table_files import read_table
 from pathlib import Path
 table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
 out = io.BytesIO()

@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.text.errors import StudyError
 from shockpc.wings.recordings.identify.predictor import Predicted, Predictor
-from shockpc.wings.recordings.logs.prediction import energy_norms, energy_roots, mobilities
+from shockpc.wings.recordings.tables.prediction import energy_norms, energy_roots, mobilities
 
 SEED = 0
 """Seed of the Sobol sequence, of the bootstrap and of the parts that are left out."""

@@ -27,15 +27,15 @@ from shockpc.method.equation import Equation
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.prediction import (
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.prediction import (
     base_in_world,
     coordinate,
     predicted_later,
     predicting,
     velocities_of_rates,
 )
-from shockpc.wings.recordings.logs.rows import Measured, RecordedRows
+from shockpc.wings.recordings.tables.rows import Measured, RecordedRows
 
 SCALE = "scale:before"
 """An unknown: the factor by which the velocities before the impact were measured too small."""

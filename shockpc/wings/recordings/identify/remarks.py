@@ -12,7 +12,7 @@ from shockpc.text.printed import few
 from shockpc.wings.recordings.identify.fit import Fit, FittedValues
 from shockpc.wings.recordings.identify.predictor import Predicted, Predictor
 from shockpc.wings.recordings.identify.uncertainty import ALIKE, DRAWS, Uncertainty, drawn
-from shockpc.wings.recordings.logs.prediction import coordinate
+from shockpc.wings.recordings.tables.prediction import coordinate
 
 HARD = 0.95
 """Correlation from which two unknowns are hard to tell apart."""

@@ -43,12 +43,12 @@ from shockpc.wings.recordings.identify.uncertainty import (
     uncertainty,
     unidentified,
 )
-from shockpc.wings.recordings.logs.column_meaning import RenameOption
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.prediction import coordinate
-from shockpc.wings.recordings.logs.rows import Measured, RecordedRows
-from shockpc.wings.recordings.logs.table_files import columns_of
-from shockpc.wings.recordings.logs.table_rows import robot_of_table, rows_of_table
+from shockpc.wings.recordings.tables.column_meaning import RenameOption
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.prediction import coordinate
+from shockpc.wings.recordings.tables.reader import robot_of_table, rows_of_table
+from shockpc.wings.recordings.tables.rows import Measured, RecordedRows
+from shockpc.wings.recordings.tables.table_files import columns_of
 
 SCAN = 25
 """Values of each unknown for which the error is given."""

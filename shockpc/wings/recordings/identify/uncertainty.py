@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.variations.variation import Variation
 from shockpc.wings.recordings.identify.fit import EDGE, SEED, Fit, FittedValues, value_at_share
 from shockpc.wings.recordings.identify.predictor import SCALE
-from shockpc.wings.recordings.logs.prediction import energy_roots
+from shockpc.wings.recordings.tables.prediction import energy_roots
 
 DRAWS, FOLDS = 1000, 5
 """Draws of the bootstrap, and parts in which landings are left out."""

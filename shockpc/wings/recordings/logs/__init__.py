@@ -1,1 +1,1 @@
-"""Landings that were recorded: tables, logs and bags, their columns, rows and predictions."""
+"""Logs and bags of a robot's motion, and the touchdowns in them."""

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.column_meaning import LABELS
+from shockpc.wings.recordings.tables.column_meaning import LABELS
 
 SLOWEST, FASTEST = 20.0, 1e6
 """Rates below and above which times are taken for those of another unit [Hz]."""

@@ -23,10 +23,10 @@ from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
 from shockpc.wings.recordings.logs.bags import QUATERNION
-from shockpc.wings.recordings.logs.column_meaning import column_name
 from shockpc.wings.recordings.logs.detection import FEWEST, noise, slope_noise
 from shockpc.wings.recordings.logs.logs import Log
-from shockpc.wings.recordings.logs.reader import rows_of
+from shockpc.wings.recordings.tables.column_meaning import column_name
+from shockpc.wings.recordings.tables.reader import rows_of
 
 StatePart = Literal["joints", "base"]
 

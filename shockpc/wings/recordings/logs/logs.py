@@ -22,9 +22,9 @@ from shockpc.text.paths import usable_path
 from shockpc.text.printed import listed, visible
 from shockpc.wings.recordings.logs.bags import BAGS, QUATERNION, continuous, read_bag
 from shockpc.wings.recordings.logs.clock import clock_column, rising_times
-from shockpc.wings.recordings.logs.column_meaning import column_name, state_columns
 from shockpc.wings.recordings.logs.repeats import without_repeats
-from shockpc.wings.recordings.logs.table_files import columns_of, read_table
+from shockpc.wings.recordings.tables.column_meaning import column_name, state_columns
+from shockpc.wings.recordings.tables.table_files import columns_of, read_table
 
 GAP = 5.0
 """Time between neighbouring samples, in median ones, from which it is a gap."""

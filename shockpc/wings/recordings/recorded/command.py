@@ -28,14 +28,14 @@ from shockpc.landing.scenes.scene_file import scene_text
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
-from shockpc.wings.recordings.logs.evaluation import recorded_landings
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.reader import rows_of
-from shockpc.wings.recordings.logs.rows import RecordedRows
 from shockpc.wings.recordings.recorded.report import recorded_report
 from shockpc.wings.recordings.recorded.study import Validation, compare_measured, refuse_unused
 from shockpc.wings.recordings.recorded.study import recorded as study
 from shockpc.wings.recordings.recorded_table import table_and_scene
+from shockpc.wings.recordings.tables.evaluation import recorded_landings
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.reader import rows_of
+from shockpc.wings.recordings.tables.rows import RecordedRows
 
 _in_table, _in_joints = group("Table"), group(options_of(Joints)["model"].heading)
 

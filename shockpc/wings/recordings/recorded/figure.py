@@ -17,8 +17,8 @@ from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import CURVES, INK, MARKERS, histogram, new_chart
 from shockpc.show.wording import robot_name
 from shockpc.text.printed import count, printable
-from shockpc.wings.recordings.logs.landings import RecordedLandings
 from shockpc.wings.recordings.recorded.study import ALL, FEWEST, Agreement, Validation
+from shockpc.wings.recordings.tables.landings import RecordedLandings
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its most bins."""

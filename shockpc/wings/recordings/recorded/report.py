@@ -17,8 +17,8 @@ from shockpc.show.tables import Cell, Heading, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import LEFT_OUT, proof_lines, robot_line, without_value
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, count, few, shown_as
-from shockpc.wings.recordings.logs.landings import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.wings.recordings.recorded.study import FEWEST, STATISTICS, Validation
+from shockpc.wings.recordings.tables.landings import CLOSED_BY, RATES_BY, RecordedLandings
 
 ROWS = 10
 """Landings that are shown on a terminal."""

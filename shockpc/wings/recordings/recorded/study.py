@@ -17,10 +17,10 @@ from shockpc.landing.scenes.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.column_meaning import RenameOption
-from shockpc.wings.recordings.logs.evaluation import recorded_landings
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.prediction import (
+from shockpc.wings.recordings.tables.column_meaning import RenameOption
+from shockpc.wings.recordings.tables.evaluation import recorded_landings
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.prediction import (
     base_in_world,
     coordinate,
     energy_norms,
@@ -28,9 +28,9 @@ from shockpc.wings.recordings.logs.prediction import (
     predicted_later,
     predicting,
 )
-from shockpc.wings.recordings.logs.rows import Measured, RecordedRows
-from shockpc.wings.recordings.logs.table_files import columns_of
-from shockpc.wings.recordings.logs.table_rows import robot_of_table, rows_of_table
+from shockpc.wings.recordings.tables.reader import robot_of_table, rows_of_table
+from shockpc.wings.recordings.tables.rows import Measured, RecordedRows
+from shockpc.wings.recordings.tables.table_files import columns_of
 
 DRAWS, SEED = 2000, 0
 """Number of draws and seed of the bootstrap."""

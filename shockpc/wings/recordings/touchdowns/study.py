@@ -17,9 +17,9 @@ from shockpc.landing.scenes.scene_fields import JOINT_MODEL, RESULTS, STRIKE, Op
 from shockpc.landing.scenes.scene_file import robot_of, scene_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.column_meaning import RenameOption
 from shockpc.wings.recordings.logs.logged_motion import watched_motion
 from shockpc.wings.recordings.logs.logs import read_log
+from shockpc.wings.recordings.tables.column_meaning import RenameOption
 from shockpc.wings.recordings.touchdowns.finder import TouchdownFinder
 from shockpc.wings.recordings.touchdowns.touchdowns import Touchdowns
 

@@ -12,8 +12,8 @@ from shockpc.quantities.selection import Selection, select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.rows import RecordedRows
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.rows import RecordedRows
 
 
 def recorded_landings(

@@ -4,20 +4,25 @@
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.landing.contact import first_contact, landing_frames
 from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import landing_of
+from shockpc.landing.scenes.scene import Contact, Scene
+from shockpc.landing.scenes.scene_file import robot_of
 from shockpc.method.approach import Motion
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.cells import RowMessages
-from shockpc.wings.recordings.logs.column_meaning import FRICTION, LABELS, named_columns
-from shockpc.wings.recordings.logs.row_scenes import recorded_scenes, row_friction
-from shockpc.wings.recordings.logs.rows import Measured, RecordedRows, contacts_of
-from shockpc.wings.recordings.logs.state import (
+from shockpc.wings.recordings.tables.cells import RowMessages, empty_cells
+from shockpc.wings.recordings.tables.column_meaning import FRICTION, LABELS, named_columns
+from shockpc.wings.recordings.tables.row_scenes import recorded_scenes, row_friction
+from shockpc.wings.recordings.tables.rows import Measured, RecordedRows, contacts_of
+from shockpc.wings.recordings.tables.state import (
     ANGLES,
     TWIST,
     MeasuredColumn,
@@ -78,6 +83,47 @@ def rows_of(
             raise
         name = _names(columns, landing.robot, len(columns["name"]))[refusal.rows[0]]
         raise StudyError(f'landing "{name}", {refusal}', **refusal.data) from None
+
+
+def robot_of_table(columns: Mapping[str, np.ndarray], scene: Scene) -> Robot:
+    """The robot of a scene, with the geoms that strike in rows of a table.
+
+    These count where the scene has no contact.
+
+    Raises:
+        ShockError: as for `robot_of`.
+    """
+    if scene.contact:
+        return robot_of(scene, [])
+    cells = dict.fromkeys(map(str, np.ravel(columns.get("contact", ())).tolist()))
+    names: list[str] = []
+    for text in cells:
+        for name in (text, *text.split("+")):
+            if name.strip():
+                names.append(name.strip())
+    return robot_of(scene, names)
+
+
+def rows_of_table(
+    columns: Mapping[str, np.ndarray],
+    scene: Scene,
+    robot: Robot,
+    rename: Mapping[str, str] | None = None,
+) -> RecordedRows:
+    """The rows of a table, as `rows_of` gives them.
+
+    The scene gives what the table does not.
+
+    Where the scene has no contact, every row has to have its own: one without any is refused, and
+    has not those of another.
+    """
+    columns = named_columns(columns, rename or {})
+    if not scene.contact and "contact" in columns:
+        texts = np.where(empty_cells(columns["contact"]), " ", columns["contact"].astype(str))
+        text, columns = first_contact(robot, texts.ravel().tolist()), {**columns, "contact": texts}
+        frames = landing_frames(robot, text)[0] if text else ()
+        scene = replace(scene, contact=tuple(Contact(frame=frame) for frame in frames))
+    return rows_of(columns, landing_of(scene, robot))
 
 
 def _is_series(columns: Mapping[str, np.ndarray], robot: Robot) -> bool:

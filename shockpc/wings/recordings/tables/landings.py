@@ -28,8 +28,8 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.bodies_and_joints import Joint
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
-from shockpc.wings.recordings.logs.rows import RecordedRows
-from shockpc.wings.recordings.logs.scene_of_row import with_scene_of_row
+from shockpc.wings.recordings.tables.rows import RecordedRows
+from shockpc.wings.recordings.tables.scene_of_row import with_scene_of_row
 
 OPEN = 0.1
 """Largest change of a position that the table gives, to close a loop [rad, m]."""

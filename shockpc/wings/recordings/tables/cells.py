@@ -10,7 +10,7 @@ from shockpc.core.number import NUMERIC
 from shockpc.core.spatial import Array
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.table_files import parsed_number
+from shockpc.wings.recordings.tables.table_files import parsed_number
 
 UNIT_LENGTH = 1e-3
 """Largest deviation of a quaternion's length from 1."""

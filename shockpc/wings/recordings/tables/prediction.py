@@ -15,8 +15,8 @@ from shockpc.method.dynamics import Dynamics, dynamics
 from shockpc.quantities.selection import select, selections
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
-from shockpc.wings.recordings.logs.landings import RecordedLandings
-from shockpc.wings.recordings.logs.rows import Measured
+from shockpc.wings.recordings.tables.landings import RecordedLandings
+from shockpc.wings.recordings.tables.rows import Measured
 
 COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Those of the base's velocity, as coordinates."""

@@ -14,8 +14,8 @@ from shockpc.landing.resolve import with_definite_contacts
 from shockpc.landing.scenes.scene import Contact, Scene
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.wings.recordings.logs.cells import RowMessages, empty_cells, numeric_column
-from shockpc.wings.recordings.logs.column_meaning import FRICTION
+from shockpc.wings.recordings.tables.cells import RowMessages, empty_cells, numeric_column
+from shockpc.wings.recordings.tables.column_meaning import FRICTION
 
 ContactVelocities = Mapping[tuple[str, int], Array]
 """Velocities (n,) of contacts that a table gives, by frame and world axis [m/s].

@@ -14,13 +14,13 @@ from shockpc.robot.mjcf.reader import qpos_order, qvel_order
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
-from shockpc.wings.recordings.logs.cells import (
+from shockpc.wings.recordings.tables.cells import (
     RowMessages,
     empty_cells,
     numeric_column,
     unit_quaternions,
 )
-from shockpc.wings.recordings.logs.column_meaning import (
+from shockpc.wings.recordings.tables.column_meaning import (
     CONTACT_VELOCITY,
     REMARKS,
     ColumnName,

@@ -1,0 +1,1 @@
+"""Tables of recorded landings: columns, rows, scenes of rows, and predictions of what they say."""
