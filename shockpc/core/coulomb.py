@@ -246,7 +246,7 @@ def _angles_of_quartic(k0: Array, k1: Array, k2: Array) -> Array:
     companion = np.zeros((len(k0), 4, 4), dtype=complex)
     companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
     companion[:, 0] = -(coefficients / k2[:, None])
-    return np.angle(np.linalg.eigvals(companion))
+    return np.asarray(np.angle(np.linalg.eigvals(companion)))
 
 
 def _polished(
