@@ -108,6 +108,7 @@ def configuration(
         StudyError: an argument is of another type.
     """
     posture = posture or Posture()
+    # An attitude in the arguments replaces both kinds of attitude of the posture.
     if base is not None:
         numbers = _numbers(base, (3, 7), "base")
         rotation = None

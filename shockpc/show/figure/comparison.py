@@ -95,6 +95,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     letters = [name for name, _ in header[: MOST_DESIGNS + 1]]
     drawn = _drawn(comparison.profiles[: len(letters)])
     sections = [(section, _rows(section)) for section in _sections(comparison)]
+    # A section without a number to draw has no heading.
     sections = [(section, rows) for section, rows in sections if rows]
     points = _points(sections)
     views = _views(comparison, drawn, points)
@@ -332,6 +333,7 @@ def _draw_bars(
         xlabel=f"change relative to {letters[0]} [%]",
     )
     axes.set_yticks(ticks, labels)
+    # One design needs no legend, as the axis names it.
     if designs > 1:
         corner = (1.0, 1.0)
         columns = min(designs, 4)

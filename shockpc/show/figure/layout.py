@@ -76,6 +76,7 @@ class Page:
         if_beside = max(height, column_height(tables, notes))
         under = bool(notes) and if_below < if_beside
         top = MARGIN + (if_below if under else if_beside)
+        # The heading is as wide as the page, so its height follows last.
         lines = []
         for line in heading[1:]:
             lines += textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))

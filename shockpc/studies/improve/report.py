@@ -64,6 +64,7 @@ def improve_report(improvement: Improvement) -> Report:
         "quantities": lambda: _quantities(improvement),
         "compare": comparison.sheets["compare"],
     }
+    # Both results may have ends of the drives, in files of different names.
     if "drives" in comparison.sheets:
         sheets["compare_drives"] = comparison.sheets["drives"]
     if improvement.ends:

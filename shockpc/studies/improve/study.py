@@ -282,6 +282,7 @@ def improve(
         quantity = _usual_quantity(robot, scenes.values())
         if not any(scene.point for scene in scenes.values()):
             chosen.append(f"quantity {quantity}")
+    # Every landing counts at all values of what varies from strike to strike.
     scenes = _repeated(scenes, robot, over)
     if not vary:
         vary = _usual_variables(robot, scenes, _subjects(robot, over))
@@ -315,6 +316,7 @@ def improve(
     x = improvement.x
     before, after = improvement.values
     cases = {name: (scene, robot) for name, scene in cost.scenes.items()}
+    # Both ends of the drives judge this optimum, and find their own.
     as_modelled = DriveEnd(before, after, after, x)
     with trace.stage("ends of the drives"):
         ends = at_drive_ends(as_modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))

@@ -88,8 +88,10 @@ def draw_limits(limits: JointLimits) -> Figure:
         axes.plot([scale * value], [angle], "o", **SCENE)
         words.append("circle: the scene")
 
+    # The last limits are those at all strikes of the range.
     for interval in limits.limits[-1].intervals:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
+    # Map and strip share the horizontal axis, which is labelled once.
     axes.set(
         ylabel="strike angle [deg]",
         xlim=(drawn.values[0], drawn.values[-1]),

@@ -77,6 +77,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
         corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
         text = f"in the box {_box_text(limits)} of {name}"
         return Region(text, (ConvexCell(corners),), (), _size(limits), True, ())
+    # Without a box, the inside of all shapes; a mesh counts as its hull.
     pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
     if any(shape.mesh is not None for shape in shapes):
         pieces += ", a mesh as its convex hull"

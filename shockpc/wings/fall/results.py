@@ -99,6 +99,7 @@ def strikes_table(
     texts: Sequence[str],
 ) -> Table:
     """All strikes, with columns that tell them apart and the worst value of each quantity."""
+    # What the fall says of a strike.
     columns: dict[str, np.ndarray] = {}
     columns["fall"] = np.array([strike.fall for strike in strikes])
     columns["number"] = np.array([strike.number for strike in strikes])
@@ -132,6 +133,7 @@ def strikes_table(
     columns["first at its stop"] = end_stops[:, 0]
     columns["stop after"] = end_stops[:, 1].astype(float)
     columns["proven"] = known
+    # A defect with joints free or locked leaves the result with drives, and is no message.
     messages: dict[int, str] = {}
     for i, strike in enumerate(strikes):
         if strike.name in refused and strike.name not in results:

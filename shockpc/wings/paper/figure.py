@@ -39,6 +39,7 @@ def draw_panels(
     views, number = _numbered([view_of(profile) for profile in profiles], profiles)
     # Panels have one scale and one height, so that lengths compare.
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
+    # The panel with most lines under it says how high the page is.
     under: list[list[str]] = []
     for lines, profile, view, window in zip(captions, profiles, views, windows, strict=True):
         under.append([*lines, *_outside(profile, view, window)])
@@ -57,6 +58,7 @@ def draw_panels(
         [note],
     )
     y = page.low + foot
+    # Pictures first: their middles are those of the texts under them.
     middles = draw_row(page, y, views, windows, labels, GAP)
     for middle, window, texts in zip(middles, windows, under, strict=True):
         text_width = window.sides[0] + GAP

@@ -84,6 +84,7 @@ def refuse_overridden(
     Raises:
         SceneError: an option has no effect; the text names it and the column.
     """
+    # What the table gives, by what an option would say of it.
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
     filled = _filled_columns(table)
@@ -112,6 +113,7 @@ def refuse_overridden(
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
             if all(name in columns for name in names):
                 overridden.append((f"{option} {pattern}", columns[names[0]]))
+    # A reference posture counts as long as one of its numbers is not in the table.
     posture = _subjects_of_posture(robot)
     if "reference" in typed and all(name in positions for name in posture):
         overridden.append(("--posture", positions[posture[0]]))

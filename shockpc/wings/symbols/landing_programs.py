@@ -246,6 +246,7 @@ def refuse(landing: PosedLanding) -> None:
     for q in Q:
         landing.robot.set_followers(q)
     solution = solved(landing, dynamics(landing.robot, Q, landing.joint_model)).solution
+    # Where no posture has a solution, the motion that nothing resists is named.
     if not np.isfinite(solution.condition).any():
         raise without_inertia(landing, landing.equation(landing.state))
     if solution.rank.max() < sum(constraint.size for constraint in landing.constraints):

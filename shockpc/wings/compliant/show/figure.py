@@ -85,6 +85,7 @@ def draw_time(profile: ShockProfile) -> Figure:
         _plot(axes, 1e3 * t, panel, rigid)
         if panel.heading == ACCELERATION:
             _plot_readings(axes, compliant, points, filters)
+    # Dashed beside the force of each contact: its part along the normal.
     for k, force in enumerate(normal_forces(profile, compliant, t).T):
         colour = CURVES[k % len(CURVES)]
         rows[0].plot(1e3 * t, force, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))

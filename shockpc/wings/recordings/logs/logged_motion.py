@@ -92,6 +92,7 @@ class LoggedMotion:
         self.runs = self._parts_without_gaps(log)
         self.free = self.robot.free_base and landing.base != "fixed"
 
+        # With qpos, the positions of base and joints are one column, of one clock.
         self._whole = "qpos" in log.positions
         of_base = _columns_of_base(log, self.robot)
         self._base = set(of_base.values())
@@ -110,6 +111,7 @@ class LoggedMotion:
         self.rail = rails[0] if not self.free and len(self.unknown) == len(rails) == 1 else None
         if self.free and not self.has("z"):
             self.unknown.append("the height of the base (z)")
+        # What the log lacks is taken from the scene, with a warning.
         of_scene = ("position", "base attitude") if self.free else ("position",)
         for part in rows.missing:
             if part.startswith(of_scene):

@@ -97,6 +97,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
         panel.grid(True)
     quantities = _quantities(study, largest)
+    # The joint model stands above its column, the time beside its row.
     for agreement in shown:
         panel = panels[times.index(agreement.time), models.index(agreement.model)]
         lines = [_agreement(agreement)]
@@ -111,6 +112,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
         panel.set_ylabel(label)
     for panel in panels[-1]:
         panel.set_xlabel(f"predicted jump [{largest.unit}]")
+    # Panels share their marks, so that one legend, of the panel with most of them, is enough.
     fullest = panels[times.index(largest.time), models.index(largest.model)]
     figure.legend(*fullest.get_legend_handles_labels(), loc="outside right upper")
     return figure

@@ -233,6 +233,7 @@ def _expanded(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             numbered.setdefault(match[1], {})[int(match[2])] = values
         else:
             expanded[_by_our_name(name)] = values
+    # A missing number would shift all that follow.
     for name, parts in numbered.items():
         without_gaps = sorted(parts) == list(range(len(parts)))
         shapes = {part.shape for part in parts.values()}
