@@ -65,7 +65,9 @@ def test_a_sensitivity_has_its_derivative():
 
 
 def test_a_limit_is_a_height():
-    study = limits(LANDING, "drop-height", TARGET, max=jump(HEIGHT), joint_range=(0.05, 0.5))
+    study = limits(
+        LANDING, "drop-height", TARGET, max=jump(HEIGHT), joint_range=(0.05, 0.5), step=0.05
+    )
     (low, high) = study.limits[0].usable[0]
     assert low == 0.05
     assert high == pytest.approx(HEIGHT, abs=1e-4)
