@@ -17,7 +17,7 @@ from shockpc.evaluation.evaluate import MAX_CONDITION, Evaluation
 from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.variations.kinds.registry import KINDS
 from shockpc.evaluation.variations.rows import VariedLandings
-from shockpc.evaluation.variations.variation import Target, Variation
+from shockpc.evaluation.variations.variation import Variation
 from shockpc.landing.landing import PosedLanding
 from shockpc.quantities.shock_profile import ShockProfile
 
@@ -125,12 +125,17 @@ def _usual(landing: PosedLanding) -> list[Variation]:
     usual: list[Variation] = []
     for kind in (*KINDS.values(), JOINT_POSITION):
         usual += kind.usual(landing)
-    links = {link: k for k, link in enumerate(landing.robot.links)}
+    robot = landing.robot
+    links = {link: k for k, link in enumerate(robot.links)}
+    joints = {joint: k for k, joint in enumerate(robot.joint_names)}
 
     def order(varied: Variation) -> tuple[int, int]:
-        targets: tuple[Target, ...] = ("LINK", "JOINT", "")
-        of = varied.kind.of
-        return targets.index(of), links[varied.target] if of == "LINK" else 0
+        if varied.kind.of == "LINK":
+            return 0, links[varied.target]
+        # Motions follow the robot's joints, whatever their kinds.
+        if varied.kind.of == "JOINT" and varied.kind.moves:
+            return 2, joints[varied.target]
+        return (1, 0) if varied.kind.of == "JOINT" else (3, 0)
 
     return sorted(usual, key=order)
 
