@@ -59,15 +59,18 @@ class LandingValues(OfLanding):
         Raises:
             UnknownName: there is no such quantity.
         """
-        wanted = quantity(kind, key)
+        return self._values(quantity(kind, key), places)
+
+    def _values(self, wanted: Quantity, places: Sequence[Place] | None) -> Array:
+        """The values of a quantity, which may be one that the table does not list."""
         known_by = None
         if places is not None:
             known_by = tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places)
-        request = kind, wanted.key, known_by
-        if request not in self._cache:
-            at = self.places(kind) if places is None else places
-            self._cache[request] = read_only(self._computed(wanted, at))
-        return self._cache[request]
+        name = wanted.of, wanted.key, known_by
+        if name not in self._cache:
+            at = self.places(wanted.of) if places is None else places
+            self._cache[name] = read_only(self._computed(wanted, at))
+        return self._cache[name]
 
     def numbers(self, selection: Selection, places: Sequence[Place]) -> Array:
         """The numbers (n,) by which places are compared: of a vector a component, or the length.
@@ -75,7 +78,7 @@ class LandingValues(OfLanding):
         They are NaN where there is none, or redundant rows leave it undetermined.
         """
         wanted = selection.quantity
-        numbers = selection.scalar(self.value(wanted.key, wanted.of, places))
+        numbers = selection.scalar(self._values(wanted, places))
         if wanted.scope.shared and self.redundant:
             return np.full(len(places), np.nan)
         return np.asarray(numbers)
