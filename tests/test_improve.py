@@ -245,6 +245,18 @@ def test_the_gradient_of_a_cost_is_that_of_differences(quantity, variables):
         )
 
 
+def test_heights_and_pulls_are_the_same_landing_by_landing_as_in_many_postures():
+    """No table lists these quantities, so that they are not to be looked up in one."""
+    robot = known_robot("anymal_b")
+    of_many = ShockCost(anymal(), "shock@imu_link", LEGS, robot)
+    # The force on contacts of finite stiffness is computed in one landing at a time.
+    of_one = ShockCost(anymal(contact_stiffness=1e5), "peak_force@LF_FOOT", LEGS, robot)
+    X = of_many.x0 + np.array([[0.0, 0.0], [5.0, -5.0]])
+    constraints = of_one.measured(X)[:, 1:]
+    assert constraints.shape[1] > 10
+    np.testing.assert_allclose(constraints, of_many.measured(X)[:, 1:], rtol=1e-9)
+
+
 @pytest.mark.slow
 def test_the_gradient_of_a_cost_is_that_of_symbols():
     cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"), ground=False)

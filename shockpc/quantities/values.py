@@ -66,11 +66,11 @@ class LandingValues(OfLanding):
         known_by = None
         if places is not None:
             known_by = tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places)
-        name = wanted.of, wanted.key, known_by
-        if name not in self._cache:
+        request = wanted.of, wanted.key, known_by
+        if request not in self._cache:
             at = self.places(wanted.of) if places is None else places
-            self._cache[name] = read_only(self._computed(wanted, at))
-        return self._cache[name]
+            self._cache[request] = read_only(self._computed(wanted, at))
+        return self._cache[request]
 
     def numbers(self, selection: Selection, places: Sequence[Place]) -> Array:
         """The numbers (n,) by which places are compared: of a vector a component, or the length.
