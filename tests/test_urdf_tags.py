@@ -16,6 +16,7 @@ from shockpc.method.constraints import row_jacobian
 from shockpc.method.dynamics import dynamics
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.feet_and_sensors import sensors
+from shockpc.robot.files import tags
 from shockpc.robot.files.reading import parse_xml
 from shockpc.robot.files.tags import URDF, unread
 from shockpc.robot.shapes.geometry import outline
@@ -221,6 +222,24 @@ def test_many_of_a_kind_are_one_warning_with_their_number_in_milliseconds():
     assert "100 × <colision>" in collision.text
     assert "99 × <orgin>" in origin.text
     assert min(seconds) < 0.01
+
+
+def test_of_many_kinds_the_first_are_compared_with_known_names(monkeypatch):
+    """A comparison takes 0.1 ms, and a file may hold a million names."""
+    compared: list[str] = []
+    nearest = tags._nearest
+
+    def counted(name: str, known: tuple[str, ...], cutoff: float) -> str:
+        compared.append(name)
+        return nearest(name, known, cutoff)
+
+    monkeypatch.setattr(tags, "_nearest", counted)
+    parts = "".join(f"<lmit{k}/>" for k in range(100))
+    root = parse_xml(urdf(link("l"), f'<joint name="j" type="fixed">{parts}</joint>'), "r.urdf")
+    *first, summary = unread(root, URDF)
+    assert [record.text.partition("; ")[2] for record in first] == ["nearest: <limit>"] * 20
+    assert summary.text == "80 other kinds of tags and attributes are not read either"
+    assert compared == [f"lmit{k}" for k in range(20)]
 
 
 TURNED = "0.1 -0.2 0.3 0.9"

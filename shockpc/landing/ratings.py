@@ -113,9 +113,9 @@ class TorqueStrength(NamedTuple):
     """The strength of a joint, according to a part.
 
     Attributes:
-        momentary_torque: NaN where it is not known [N m, N].
+        momentary_torque: that it bears; NaN where it is not known [N m, N].
         duration: for which it does; NaN where it is not known [s].
-        in_part: whether the part gives it; else it is the effort limit of the robot's file.
+        in_part: whether the part gives the torque; else it is the effort limit of the robot's file.
     """
 
     momentary_torque: float

@@ -119,16 +119,16 @@ def unread(root: Element, *tables: Path) -> tuple[Unread, ...]:
         frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {}
     )
     walk.read(root, _table(*tables), root, strict=False)
-    by_treatment: dict[Treatment, list[str]] = {}
-    for kind, places in walk.kinds.items():
-        value = next((f" {value} " for _, value in places if value), " ")
-        text = f"{_subjects(places)}{kind.content}{value}{kind.consequence}{_hint(kind)}"
-        by_treatment.setdefault(kind.treatment, []).append(text)
+    by_treatment: dict[Treatment, list[_Kind]] = {}
+    for kind in walk.kinds:
+        by_treatment.setdefault(kind.treatment, []).append(kind)
     records: list[Unread] = []
-    for treatment, texts in by_treatment.items():
-        records += [Unread(treatment, text) for text in texts[:_MOST]]
-        if len(texts) > _MOST:
-            summary = f"{len(texts) - _MOST} other kinds of tags and attributes are not read either"
+    for treatment, kinds in by_treatment.items():
+        # Only those that are reported get their text, which takes time to find.
+        for kind in kinds[:_MOST]:
+            records.append(Unread(treatment, _report(kind, walk.kinds[kind])))
+        if len(kinds) > _MOST:
+            summary = f"{len(kinds) - _MOST} other kinds of tags and attributes are not read either"
             records.append(Unread(treatment, summary))
     return tuple(records)
 
@@ -159,20 +159,20 @@ class _Walk(NamedTuple):
     kinds: dict[_Kind, list[tuple[str, str]]]
     near: dict[tuple[str, str], bool]
 
-    def add(self, rule: _Rule, subject: str, owner: Element, value: str = "") -> None:
-        self._note(_Kind(rule.treatment, subject, rule.consequence), owner, value)
+    def add(self, rule: _Rule, content: str, owner: Element, value: str = "") -> None:
+        self._note(_Kind(rule.treatment, content, rule.consequence), owner, value)
 
     def add_unknown(
-        self, subject: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element
+        self, content: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element
     ) -> None:
         """Note a name that is in no row of the table.
 
         Args: holder, the element in which it is; known, the names there.
         """
-        kind = "element" if subject.startswith("<") else "attribute"
+        kind = "element" if content.startswith("<") else "attribute"
         consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
         names = tuple(key for key in known if key not in (_ALL, _TEXT_OF))
-        self._note(_Kind("warn", subject, consequence, name, names), owner)
+        self._note(_Kind("warn", content, consequence, name, names), owner)
 
     def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
         subject = ""
@@ -284,6 +284,12 @@ class _Walk(NamedTuple):
             if text in self.named or any(value in self.named for value in part.attrib.values()):
                 return True
         return False
+
+
+def _report(kind: _Kind, places: list[tuple[str, str]]) -> str:
+    """The text about content of a kind. Args: places, owners and values, as of `_Walk`."""
+    value = next((f" {value} " for _, value in places if value), " ")
+    return f"{_subjects(places)}{kind.content}{value}{kind.consequence}{_hint(kind)}"
 
 
 def _hint(kind: _Kind) -> str:
