@@ -35,13 +35,13 @@ class Change:
     """One change of a robot.
 
     Attributes:
-        what: "mass" of a link, with its inertia in proportion and its centre of mass where it was
-            [kg]; a point mass at that centre, which leaves the inertia about it [kg]; inertia of a
-            link about its centre of mass, all of it or an entry in axes of the link's frame [kg
-            m²]; position of the centre of mass along x, y or z of that frame [m]; armature of a
-            joint, its reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which
-            may be fixed, with all that it carries: its origin in the frame of the link that carries
-            it, such as (0, 0, -length) of a knee [m].
+        what: one of `PROPERTIES`: mass of a link, with its inertia in proportion and its centre of
+            mass where it was [kg]; a point mass at that centre, which leaves the inertia about it
+            [kg]; inertia of a link about its centre of mass, all of it or an entry in axes of the
+            link's frame [kg m²]; position of the centre of mass along x, y or z of that frame [m];
+            armature of a joint, its reflected inertia [kg m²; kg for a prismatic joint]; place of a
+            joint, which may be fixed, with all that it carries: its origin in the frame of the link
+            that carries it, such as (0, 0, -length) of a knee [m].
         pattern: name or glob of links, for armature and place of joints.
         value: the new value, or what the present one is multiplied by; of `ADDED` what is added.
         factor: whether the present value is multiplied.
@@ -202,7 +202,7 @@ class _Inertias(NamedTuple):
     inertia: Array
 
     def moved(self, placement: pin.SE3) -> "_Inertias":
-        """The inertias in the frame in which their own frame has a place."""
+        """The inertias in the frame in which their own frame is placed."""
         R = placement.rotation
         return _Inertias(self.mass, self.com @ R.T + placement.translation, R @ self.inertia @ R.T)
 
