@@ -41,7 +41,7 @@ from .studies.batch.study import batch as batch
 from .studies.check.outcome import Check as Check
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare.study import compare as compare
-from .studies.improve.study import Improvement as Improvement
+from .studies.improve.improvement import Improvement as Improvement
 from .studies.improve.study import improve as improve
 from .studies.limits.study import JointLimits as JointLimits
 from .studies.limits.study import limits as limits

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from shockpc.core.spatial import Array
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart, plain_numbers
 from shockpc.show.wording import size_at_place
-from shockpc.studies.improve.study import Improvement
+from shockpc.studies.improve.improvement import Improvement
 from shockpc.text.printed import count
 
 RANGES = (((0, 100), 0.8, "all other runs"), ((25, 75), 0.5, "half of them"))

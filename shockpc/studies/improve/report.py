@@ -23,7 +23,7 @@ from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import at_place, proof_text
-from shockpc.studies.improve.study import Improvement
+from shockpc.studies.improve.improvement import Improvement
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import count, few
 

@@ -6,31 +6,28 @@ It is within ranges and constraints.
 import fnmatch
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 
-from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.column_values import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.declare import study
-from shockpc.evaluation.drive_ends import MOVED, End, at_drive_ends
+from shockpc.evaluation.drive_ends import at_drive_ends
 from shockpc.evaluation.named_scenes import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.profiles import profiles
-from shockpc.evaluation.table import Table
 from shockpc.evaluation.variations.kinds.posture import motion_range
 from shockpc.evaluation.variations.scene_grid import scene_grid
 from shockpc.evaluation.variations.vary import Vary, pairs
 from shockpc.landing.resolve import landing_of, resolve
 from shockpc.landing.scenes.scene import Scene
 from shockpc.landing.scenes.scene_fields import Option
-from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot
+from shockpc.studies.improve.improvement import DriveEnd, Improvement
+from shockpc.studies.improve.optimum import drive_end, improvement_of
 from shockpc.studies.improve.search import (
-    OPTIMUM_TOLERANCE,
     ROUGH,
     RUNS,
     SLOW,
@@ -38,142 +35,12 @@ from shockpc.studies.improve.search import (
     search,
     starting_points,
 )
-from shockpc.text.display import brief, shown_by
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0
 """Default distance of the ranges of joints from the landing as given [deg]."""
-
-AGREEING = 0.01
-"""Share of the optimum by which a run may end worse and still count as one that agrees."""
-
-FLAT = 0.05
-"""Share of the optimum by which a value may be worse and still count as flat."""
-
-SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
-"""Shares of the way to a bound at which a variable is evaluated.
-
-Then it is evaluated at as many between two of them.
-"""
-
-ALONE = {"deg": 1.0, "m": 0.01}
-"""By how much an angle or a length changes over the drives for both ends to be given [its unit]."""
-
-
-class Flatness(NamedTuple):
-    """The effect of a variable at the optimum.
-
-    Attributes:
-        name: heading, with its unit.
-        before: its value before; NaN if it has none, or not a single one.
-        after: its value at the optimum.
-        bound: which bound it is held by, "minimum" or "maximum"; None if by none.
-        set_back: the target if it alone is set back; NaN if there is no such landing.
-        low: smallest value of it alone with which the target is at most 5 % worse.
-        high: largest.
-    """
-
-    name: str
-    before: float
-    after: float
-    bound: str | None
-    set_back: float
-    low: float
-    high: float
-
-
-class DriveEnd(NamedTuple):
-    """An improvement with other drives.
-
-    Attributes:
-        given: the number in the landings as given, of the worst [its unit].
-        there: at the optimum of the drives as modelled; NaN where a constraint does not hold there.
-        best: at the best point that runs from that optimum and from the landing as given find; NaN
-            where there is none.
-        x: (n,) the variables at that point.
-    """
-
-    given: float
-    there: float
-    best: float
-    x: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Improvement:
-    """An optimum.
-
-    Attributes:
-        cost: what was improved.
-        x: (n,) the variables at the optimum.
-        before: proven profiles of the landings as they are given, by name.
-        after: those at the optimum.
-        values: the number in the worst of the landings as given, and at the optimum, proven [its
-            unit].
-        worst: name of the landing that is the worst at the optimum.
-        active: the constraints that hold it there, and the landings that are as bad as the worst.
-        variables: what each does.
-        runs: target of each run, the best first, step by step, in double precision; NaN where the
-            constraints do not hold.
-        agreeing: how many runs end within 1 % of the optimum.
-        seed: of the random points.
-        chosen: what was asked for where nothing was said: a quantity, and what varies.
-        ends: with all drives at the smallest inertias that what is known allows, and at the
-            largest, or why there is none; empty where all are known exactly, or vary.
-    """
-
-    cost: ShockCost = field(repr=False)
-    x: Array
-    before: dict[str, ShockProfile] = field(repr=False)
-    after: dict[str, ShockProfile] = field(repr=False)
-    values: tuple[float, float]
-    worst: str
-    active: tuple[str, ...]
-    variables: tuple[Flatness, ...]
-    runs: tuple[Array, ...] = field(repr=False)
-    agreeing: int
-    seed: int
-    chosen: tuple[str, ...]
-    ends: Mapping[End, DriveEnd | ShockError] = field(default_factory=dict, repr=False)
-
-    _repr_html_ = shown_by("studies.improve.report:improve_report")
-
-    def __repr__(self) -> str:
-        changed = []
-        for variable in self.variables[:4]:
-            changed.append(f"{variable.name} {variable.before:.4g} → {variable.after:.4g}")
-        return brief(self, *changed)
-
-    def moves(self, end: DriveEnd) -> bool:
-        """True if the optimum with an end of the drives differs.
-
-        The number there differs by more than 1 %, or a variable by 1 degree, 1 cm or 1 % of its
-        range.
-        """
-        _, optimum = self.values
-        for value in (end.there, end.best):
-            if not math.isclose(optimum, value, rel_tol=MOVED):
-                return True
-        most = [
-            ALONE.get(varied.unit, MOVED * np.ptp(varied.ends)) for varied in self.cost.variations
-        ]
-        return bool(np.any(np.abs(end.x - self.x) > most))
-
-    @property
-    def table(self) -> Table:
-        """A row for each variable."""
-        header = (
-            "variable",
-            "as given",
-            "optimum",
-            "at bound",
-            "target if set back",
-            "5 % from",
-            "5 % to",
-        )
-        return Table.of_rows(header, self.variables)
 
 
 @study(
@@ -309,7 +176,7 @@ def improve(
         )
     with trace.stage("runs"):
         runs = _runs(cost, starts, seed)
-    improvement = _improvement(cost, runs, seed, tuple(chosen), trace)
+    improvement = improvement_of(cost, runs, seed, tuple(chosen), trace)
     # Drives that vary have no ends.
     if any(varied.kind.of_drives for varied in cost.variations):
         return improvement
@@ -319,37 +186,8 @@ def improve(
     # Both ends of the drives judge this optimum, and find their own.
     as_modelled = DriveEnd(before, after, after, x)
     with trace.stage("ends of the drives"):
-        ends = at_drive_ends(as_modelled, cases, lambda scenes: _at_end(cost_of(scenes), x))
+        ends = at_drive_ends(as_modelled, cases, lambda scenes: drive_end(cost_of(scenes), x))
     return replace(improvement, ends=ends)
-
-
-def _improvement(
-    cost: ShockCost, runs: Sequence[Run], seed: int, chosen: tuple[str, ...], trace: Trace
-) -> Improvement:
-    """The optimum of some runs, the best of which comes first, without the ends of the drives."""
-    best = runs[0]
-    # What makes no difference stays as given.
-    x = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
-    # The runs are in double precision; the numbers that are reported have a proof.
-    with trace.stage("proof"):
-        before = profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()})
-        after = profiles(cost.cases(x))
-        value_before, _ = _proven(cost, before)
-        value_after, worst = _proven(cost, after)
-    return Improvement(
-        cost=cost,
-        x=read_only(x),
-        before=before,
-        after=after,
-        values=(value_before, value_after),
-        worst=worst,
-        active=_holding(cost, x),
-        variables=_variables(cost, x),
-        runs=tuple(run.history for run in runs),
-        agreeing=_agreeing(cost, runs),
-        seed=seed,
-        chosen=chosen,
-    )
 
 
 def _refuse_repeated(robot: Robot, over: Vary, vary: Vary) -> None:
@@ -471,33 +309,6 @@ def _runs(cost: ShockCost, starts: int | None, seed: int) -> list[Run]:
     return runs
 
 
-def _agreeing(cost: ShockCost, runs: Sequence[Run]) -> int:
-    """The number of runs that end near the best one."""
-    absolute = OPTIMUM_TOLERANCE * min(cost(cost.x0), 1.0)
-    most = (1.0 + AGREEING) * runs[0].value + absolute
-    return sum(run.value <= most for run in runs)
-
-
-def _at_end(cost: ShockCost, x: Array) -> DriveEnd:
-    """The improvement with other drives.
-
-    Args:
-        cost: with these drives.
-        x: (n,) the optimum for the drives as modelled.
-    """
-    cases = {name: (scene, cost.robot) for name, scene in cost.scenes.items()}
-    before, _ = _proven(cost, profiles(cases))
-    there = math.nan
-    if cost.feasible(x):
-        there, _ = _proven(cost, profiles(cost.cases(x)))
-    best = search(cost, [x, cost.x0])[0]
-    if not np.isfinite(best.value):
-        return DriveEnd(before, there, math.nan, np.full(len(x), np.nan))
-    optimum = _set_back(cost, best.x, best.value * (1.0 + OPTIMUM_TOLERANCE))
-    value, _ = _proven(cost, profiles(cost.cases(optimum)))
-    return DriveEnd(before, there, value, read_only(optimum))
-
-
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     """The reason why no run reached a point that counts."""
     measures = cost.measured(np.array([run.x for run in runs]))
@@ -519,106 +330,3 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
         f"no point meets the constraints; the nearest one misses {few(list(texts), 4)}. Widen a "
         "range, or leave a constraint out"
     )
-
-
-def _set_back(cost: ShockCost, x: Array, most: float) -> Array:
-    """The optimum (n,), or the landing as given where that is as good.
-
-    Otherwise, each variable that alone changes nothing is as given.
-
-    Args:
-        cost: of the points.
-        x: (n,) the optimum.
-        most: value of the cost up to which a point is as good.
-    """
-    every = np.ones((1, len(x)), dtype=bool)
-    single = np.eye(len(x), dtype=bool) & (cost.given == cost.x0)
-    for as_given in np.concatenate([every, single]):
-        back = np.where(as_given, cost.x0, x)
-        if cost.feasible(back) and cost(back) <= most:
-            x = back
-    return x
-
-
-def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
-    """The constraints without slack at an optimum (n,), and the landings as bad as the worst.
-
-    They hold it besides bounds.
-    """
-    (measures,) = cost.measured(x[None])
-    texts = []
-    for k in np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE)):
-        texts.append(f"{cost.terms[k].text} ({cost.terms[k].landing})")
-    bad = measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE)
-    worst = np.flatnonzero(~cost.constraints & (measures >= bad))
-    if len(worst) > 1:
-        for k in worst:
-            texts.append(f"{cost.terms[k].text} ({cost.terms[k].landing}) is as bad as the worst")
-    return tuple(dict.fromkeys(text.replace(" ()", "") for text in texts))
-
-
-def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
-    """The effect of each variable at an optimum (n,)."""
-    alone = np.eye(len(x), dtype=bool)
-    as_given = cost.worst(np.where(alone, cost.given, x))
-    set_back = np.where(np.isnan(cost.given), np.nan, as_given)
-    flat_low, flat_high = _flat_range(cost, x)
-    low, high = cost.bounds.T
-    edge = OPTIMUM_TOLERANCE * (high - low)
-    variables = []
-    for k, name in enumerate(cost.names):
-        bound = None
-        if x[k] - low[k] <= edge[k]:
-            bound = "minimum"
-        elif high[k] - x[k] <= edge[k]:
-            bound = "maximum"
-        variables.append(
-            Flatness(
-                name=name,
-                before=float(cost.given[k]),
-                after=float(x[k]),
-                bound=bound,
-                set_back=float(set_back[k]),
-                low=float(flat_low[k]),
-                high=float(flat_high[k]),
-            )
-        )
-    return tuple(variables)
-
-
-def _flat_range(cost: ShockCost, x: Array) -> Array:
-    """The smallest and largest value (2, n) of each variable alone that is nearly as good.
-
-    With it the target is at most 5 % worse than at an optimum (n,).
-    """
-    n = len(x)
-    alone = np.eye(n, dtype=bool)
-    target, before = cost.worst(np.stack([x, cost.x0]))
-    # Where the optimum is zero, or nearly, 5 % are those of the value before, if there was one.
-    nearly_zero = target <= OPTIMUM_TOLERANCE * before < np.inf
-    most = FLAT * (before if nearly_zero else target)
-    way = cost.bounds.T - x
-    shares = np.tile(SHARES, (2, n, 1))
-    for _ in range(2):
-        # A variable at some shares of its way to a bound, the others at the optimum: (2, n, k, n).
-        steps = shares * way[..., None]
-        X = x + steps[..., None] * alone[:, None]
-        values = cost.worst(X.reshape(-1, n)).reshape(shares.shape)
-        with np.errstate(invalid="ignore"):
-            worse = ~(cost.power * (values - target) <= most)
-        # The last share before the first that is worse, and that one.
-        beyond = np.logical_or.accumulate(worse, axis=2)
-        near = np.where(beyond, 0.0, shares).max(axis=2)
-        far = np.where(beyond, shares, shares[..., -1:]).min(axis=2)
-        shares = np.linspace(near, far, len(SHARES), axis=2)
-    return np.asarray(x + near * way)
-
-
-def _proven(cost: ShockCost, landed: Mapping[str, ShockProfile]) -> tuple[float, str]:
-    """The worst proven value over landings, and the name of the landing."""
-    terms = [term for term in cost.terms if term.limit is None]
-    values = []
-    for term in terms:
-        values.append(proven_columns(landed[term.landing], [term.column])[term.column.name])
-    k = int(cost.column.selection.worse(np.array(values)).argmax())
-    return values[k], terms[k].landing
