@@ -234,6 +234,7 @@ sweep stick.urdf --contact foot:: --sample 3 --set knee=3 => --set knee has no e
 sweep stick.urdf --contact foot --vary speed=1,2:: --speed 3 => --speed has no effect, because the value varies
 sweep stick.urdf --vary contact=foot,shin:: --contact foot => --contact has no effect
 sweep stick.urdf --contact foot --vary base-pitch=0,5:: --base-rpy 1,2,0 => --base-rpy has no effect
+sweep stick.urdf --contact foot --vary base-pitch=0,5 --vary base-roll=0,5:: --base-rpy 1,2,0 => shockpc: --base-rpy has no effect
 sweep stick.urdf --contact foot --vary offset-x=0,0.1:: --offset 0.1,0,0.1 => --offset has no effect
 sweep stick.urdf --contact foot --vary armature:knee=0.1,0.2:: --armature knee=0.1 => --armature knee has no effect
 place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --strike-angle has no effect

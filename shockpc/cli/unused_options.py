@@ -116,8 +116,8 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[Variatio
             if joints.issuperset(robot.match_joints(pattern)):
                 ignored.append(f"--{option} {pattern}")
     if ignored:
+        options_text = ", ".join(dict.fromkeys(ignored))
         raise StudyError(
-            f"{', '.join(ignored)} has no effect, because the value varies from landing to "
-            "landing; leave it out, or, of an option with three numbers, set the varied one to "
-            "zero"
+            f"{options_text} has no effect, because the value varies from landing to landing; "
+            "leave it out, or, of an option with three numbers, set the varied one to zero"
         )

@@ -56,7 +56,7 @@ def profiles_and_failures(
     trace: Trace | None = None,
     done: Callable[[str], object] = str,
 ) -> tuple[dict[str, ShockProfile], dict[str, ShockError]]:
-    """The profiles of landings by name, as `proven`, and why there are none of others.
+    """The profiles of landings by name, as `proven_profiles`, and why there are none of others.
 
     Raises:
         ShockError: there is none at all; the error is the first one, or one in shockpc itself.
@@ -76,7 +76,7 @@ def profiles_and_failures(
 def profiles(
     cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None
 ) -> dict[str, ShockProfile]:
-    """The profiles of landings by name, as `proven`, but an error of one of them is raised.
+    """The profiles of landings by name, as `proven_profiles`; an error of one of them is raised.
 
     Raises:
         ShockError: the first of these.
