@@ -234,7 +234,6 @@ sweep stick.urdf --contact foot:: --sample 3 --set knee=3 => --set knee has no e
 sweep stick.urdf --contact foot --vary speed=1,2:: --speed 3 => --speed has no effect, because the value varies
 sweep stick.urdf --vary contact=foot,shin:: --contact foot => --contact has no effect
 sweep stick.urdf --contact foot --vary base-pitch=0,5:: --base-rpy 1,2,0 => --base-rpy has no effect
-sweep stick.urdf --contact foot --vary base-pitch=0,5 --vary base-roll=0,5:: --base-rpy 1,2,0 => shockpc: --base-rpy has no effect
 sweep stick.urdf --contact foot --vary offset-x=0,0.1:: --offset 0.1,0,0.1 => --offset has no effect
 sweep stick.urdf --contact foot --vary armature:knee=0.1,0.2:: --armature knee=0.1 => --armature knee has no effect
 place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --strike-angle has no effect
@@ -274,6 +273,13 @@ def test_commands_that_cannot_be_run(capfd, here, reason, words):
     (here / "scenes").mkdir()
     (here / "scenes" / "one.toml").write_text('robot = "../stick.urdf"\ncontact = "foot"\n')
     assert contains(refusal(capfd, here, *words), reason)
+
+
+def test_an_option_is_named_once_if_several_of_its_numbers_vary(capfd, here):
+    varied = ("--vary", "base-pitch=0,5", "--vary", "base-roll=0,5")
+    landing = ("stick.urdf", "--contact", "foot", "--base-rpy", "1,2,0")
+    message = refusal(capfd, here, "sweep", *landing, *varied)
+    assert message.startswith("--base-rpy has no effect")
 
 
 SCENES = {
