@@ -13,8 +13,12 @@ from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.wings.paper.claim import Claim, PaperFigure
 from shockpc.wings.paper.panel_landings import land, scene
 
-OUTCOMES = ("does not hold", "as interpreted", "holds")
-"""Outcomes of a claim; "as interpreted" if an alternative interpretation changes it."""
+OUTCOMES = {
+    "does not hold": "do not hold",
+    "as interpreted": "hold as interpreted, but not under an alternative",
+    "holds": "hold",
+}
+"""Outcomes of a claim, and the words for several; "as interpreted" if an alternative changes it."""
 
 LIVE = {
     1: (
@@ -98,14 +102,10 @@ def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
     """The claims with their outcomes, those that do not hold first."""
     own = _claims_sheet(claims).where(lambda row: not row["alternative"])
     sheet = own.only("outcome", "section", "claim", "value", "holds_if")
-    rows = sorted(sheet.rows, key=lambda row: OUTCOMES.index(str(row[0])))
+    rows = sorted(sheet.rows, key=lambda row: list(OUTCOMES).index(str(row[0])))
     outcomes = [row[0] for row in rows]
     counts = []
-    for outcome, words in (
-        ("holds", "hold"),
-        ("as interpreted", "hold as interpreted, but not under an alternative"),
-        ("does not hold", "do not hold"),
-    ):
+    for outcome, words in reversed(OUTCOMES.items()):
         if outcome in outcomes:
             counts.append(f"{outcomes.count(outcome)} {words}")
     title = f"claims of the paper: {', '.join(counts)}"
