@@ -1,4 +1,4 @@
-"""What is finite in the landing of a profile, and how stiff its links have to be."""
+"""The landing of a profile over time, and how stiff its links have to be to count as rigid."""
 
 from typing import TYPE_CHECKING
 

@@ -94,8 +94,8 @@ def flexible_robot(
     """A robot of which some links bend.
 
     A link, with all that is fixed to it, bends between its joint and the farthest joint that it
-    carries, foot, or further end. The base, and a link without these, bend along their
-    longest axis.
+    carries, foot, or further end. The base, and a link without these, bend along their longest
+    axis.
 
     Args:
         robot: the robot; it stays as it is.
@@ -116,11 +116,11 @@ def flexible_robot(
         of_body = [np.array(end) for number, end in ends if number == body]
         lines[body] = _line(robot, body, of_body)
 
-    # A rotor sits at its joint: the segment there has the inertia that all segments had of it.
-    divisions: dict[int, Division] = {}
-    divided = _Divided(robot, divisions)
+    divisions = {}
     for body, flex in flexes.items():
         divisions[body] = _divide(robot, body, lines[body], flex.hinges)
+    divided = _Divided(robot, divisions)
+    # A rotor sits at its joint: the segment there has the inertia that all segments had of it.
     for driven, inertia in rotors:
         carrier = robot.parents[driven]
         if carrier in divisions:

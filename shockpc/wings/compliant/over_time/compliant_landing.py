@@ -52,8 +52,7 @@ class CompliantLanding:
 
     What acts is made first (`element_system`), then the motion. All else is read from these: a
     quantity at the end, its peak, its history, and how the end differs from the impulse model.
-    Links that bend have hinges, which are springs like those of joints, and move only
-    here.
+    Links that bend have hinges, which are springs like those of joints, and move only here.
 
     Args:
         landing: the landing.

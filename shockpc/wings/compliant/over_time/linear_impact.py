@@ -36,9 +36,16 @@ def impact_of(
     impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan)
     if impulse is not None:
         impulses[0, :, : impulse.shape[1]] = impulse
-    # Of the solution of Eq. 4 only these are read.
-    share = np.ones(impulses.shape[:2])
-    solution = Solution(delta_y, impulses, share, np.array([0]), np.ones(1), {}, {})
+    # Of the solution of Eq. 4 only jumps and impulses are read.
+    solution = Solution(
+        delta_y,
+        impulses,
+        scale=np.ones(impulses.shape[:2]),
+        rank=np.array([0]),
+        condition=np.ones(1),
+        row_spaces={},
+        independent={},
+    )
     in_body_axes = jumps_in_body_axes(equation, delta_y)
     return ColumnImpact(replace(moving, acting=system.stops), equation, solution, in_body_axes)
 
