@@ -280,9 +280,9 @@ def test_without_plotly(capfd, here, monkeypatch):
     assert not (here / "out" / "report.html").exists()
 
 
-DOUBTS = """const doubts = require(%s), fs = require("fs"), given = JSON.parse(fs.readFileSync(0, "utf-8"));
-console.log(JSON.stringify({ below: doubts.below(given.landing, given.geometry, given.state, given.points),
-  limits: doubts.limits(given.sliders), refused: doubts.refused(given.sliders) }));"""
+WARNINGS = """const warnings = require(%s), fs = require("fs"), given = JSON.parse(fs.readFileSync(0, "utf-8"));
+console.log(JSON.stringify({ below: warnings.below(given.landing, given.geometry, given.state, given.points),
+  limits: warnings.limits(given.sliders), refused: warnings.refused(given.sliders) }));"""
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="no Node.js is installed")
@@ -300,7 +300,7 @@ console.log(JSON.stringify({ below: doubts.below(given.landing, given.geometry, 
         ),
     ],
 )
-def test_the_page_doubts_other_postures_as_the_command_does(joints, low, limits, refused):
+def test_the_page_warns_of_other_postures_as_the_command_does(joints, low, limits, refused):
     """Feet that are not the lowest, by the drawn surfaces, and joints beyond their limits; more
     than a whole turn is refused.
     """
@@ -331,7 +331,7 @@ def test_the_page_doubts_other_postures_as_the_command_does(joints, low, limits,
             "position": there.state.position[0].tolist(),
         },
     }
-    script = DOUBTS % json.dumps(str(Path(shockpc.__file__).parent / "show/html/doubts.js"))
+    script = WARNINGS % json.dumps(str(Path(shockpc.__file__).parent / "show/html/warnings.js"))
     done = subprocess.run(
         ["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, check=True
     )

@@ -104,7 +104,8 @@ class Postures(NamedTuple):
         parting = separating(impact.approach, self.landing.contacts)
         shape = parting.shape[:2]
         values = values_of(impact, wanted, shape, more)
-        # What the ground decides, or what is computed in one posture at a time, has NaN in doubt.
+        # What the ground decides, or what is computed in one posture at a time, is NaN where double
+        # precision does not tell it.
         decided = [
             values[column.name]
             for column in wanted

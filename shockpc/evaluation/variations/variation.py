@@ -61,8 +61,7 @@ class Kind:
         nonnegative: whether no value is below zero.
         uncertain: whether it is of the robot or of the ground, not of how the robot lands.
         moves: whether it changes the posture.
-        inertial: whether it changes only masses, inertias or armatures, as `row_arrays.inertias`
-            computes them.
+        inertial: whether it changes only masses, inertias or armatures, which `RowInertias` holds.
         scales: whether it only scales the velocity before the impact, so that no shock depends on
             it.
         lasting: whether it has an effect only on a landing that lasts.

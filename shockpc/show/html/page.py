@@ -245,7 +245,7 @@ def _scripts(
         f"<script>{library.read_text('utf-8')}</script>",
         f'<script type="application/json" id="data">{text}</script>',
         f"<script>const postures=[{code}];</script>",
-        f"<script>\n{_file('doubts.js')}</script>",
+        f"<script>\n{_file('warnings.js')}</script>",
         f"<script>\n{_file('posture.js')}</script>",
         f"<script>\n{_file('report.js')}</script>",
     ]

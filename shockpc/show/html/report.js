@@ -100,7 +100,7 @@
     };
     const refusal = inputs.some((name) => !Number.isFinite(byId(name).valueAsNumber)) ?
       "give an angle, a heading and a speed: without them there is no contact velocity" :
-      doubts.refused(posture.sliders()) ? doubts.refused(posture.sliders()) : parting ? `${parting.name} does not approach the ground: there is no impact` :
+      warnings.refused(posture.sliders()) ? warnings.refused(posture.sliders()) : parting ? `${parting.name} does not approach the ground: there is no impact` :
       !(now.condition < data.singular) ? "the posture is singular, or nearly: no verdict" :
         posture.moved() || !contradicts(model, [...s, 1]) ? "" :
           "no verdict: the mechanism or other contacts prevent that a contact is stopped for this velocity";
@@ -197,9 +197,9 @@
       `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
     const points = landing.contacts.map(({ r }, k) => posture.contact(k, r));
-    const doubtful = refusal || !posture.moved() ? [] :
-      [...doubts.limits(posture.sliders()), ...doubts.below(landing, geometry, result, points)];
-    byId("doubts").textContent = doubtful.length ? `warning: ${doubtful.join("; ")}` : "";
+    const found = refusal || !posture.moved() ? [] :
+      [...warnings.limits(posture.sliders()), ...warnings.below(landing, geometry, result, points)];
+    byId("warnings").textContent = found.length ? `warning: ${found.join("; ")}` : "";
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,

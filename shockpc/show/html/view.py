@@ -71,7 +71,7 @@ def view_html(landings: Mapping[str, ShockProfile], total: int, notes: Sequence[
         f'<div id="bands"><b>{html_text(SHOCK)}</b>{_bands()}</div></div></div>'
         f'<div><div id="controls">{_controls(landings)}</div>'
         f'<div id="posture"></div>{_posture_notes(notes)}'
-        '<p id="state" class="live"></p><p id="doubts"></p>'
+        '<p id="state" class="live"></p><p id="warnings"></p>'
         f"{_notes(landings, total)}{points}</div>"
         f'<div class="wide">{"".join(wide)}</div></main>'
     )

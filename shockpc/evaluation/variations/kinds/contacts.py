@@ -44,7 +44,7 @@ class ContactNames(Kind):
         return replace(scene, contact=contacts_like(scene.contact, names))
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [("--contact", str(value))]
+        return [(f"--{self.option}", str(value))]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Offset(Kind):
         return [(contact.offset or ORIGIN)[self.axis] for contact in landing.scene.contact]
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [("--offset", ",".join(map(repr, scene.contact[0].offset or ORIGIN)))]
+        return [(f"--{self.option}", ",".join(map(repr, scene.contact[0].offset or ORIGIN)))]
 
 
 @dataclass(frozen=True)

@@ -239,7 +239,7 @@ class Attitude(Kind):
         return [0.0 if level else None]
 
     def options(self, varied: Variation, value: Any, scene: Scene, base: Scene) -> Options:
-        return [("--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ())))]
+        return [(f"--{self.option}", ",".join(map(repr, scene.posture.base_rpy_deg or ())))]
 
     def set_posture(self, varied: Variation, rows: RowPostures, x: Array) -> None:
         rows.rpy[:, self.axis] = x

@@ -1,6 +1,6 @@
-// What is doubtful of a landing that the page sets: joints beyond their limits, and links below the contacts.
+// Warnings of a landing that the page sets: joints beyond their limits, and links below the contacts.
 "use strict";
-const doubts = (() => {
+const warnings = (() => {
   const TURN = 2 * Math.PI, DEGREE = Math.PI / 180;
   const inUnit = (slider, x) => `${Number((slider.unit === "rad" ? x / DEGREE : x).toPrecision(4))}`;
   const unit = (slider) => (slider.unit === "rad" ? "deg" : slider.unit);
@@ -42,4 +42,4 @@ const doubts = (() => {
 
   return { limits, refused, below };
 })();
-if (typeof module !== "undefined") module.exports = doubts;
+if (typeof module !== "undefined") module.exports = warnings;
