@@ -124,11 +124,11 @@ def _possible(mass: Array, inertia: Array) -> np.ndarray:
 
 
 class RowStrikes:
-    """The strikes of rows of a landing, as arrays (...) of one shape; NaN of the landing's.
+    """The strikes of rows of a landing, as arrays (...) that broadcast against each other.
 
     Attributes:
-        speed: in the plane of the strike [m/s].
-        angle: from straight down towards forward [rad].
+        speed: in the plane of the strike [m/s]; NaN where it is the landing's.
+        angle: from straight down towards forward [rad]; NaN where it is the landing's.
     """
 
     def __init__(self, landing: PosedLanding) -> None:

@@ -197,9 +197,9 @@
       `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
     const points = landing.contacts.map(({ r }, k) => posture.contact(k, r));
-    const found = refusal || !posture.moved() ? [] :
+    const texts = refusal || !posture.moved() ? [] :
       [...warnings.limits(posture.sliders()), ...warnings.below(landing, geometry, result, points)];
-    byId("warnings").textContent = found.length ? `warning: ${found.join("; ")}` : "";
+    byId("warnings").textContent = texts.length ? `warning: ${texts.join("; ")}` : "";
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
