@@ -196,7 +196,7 @@ def _sliding(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
 
 
 def _slip_angles(A: Array, b: Array, mu: Array) -> tuple[Array, np.ndarray]:
-    """Angles φ (N, 4) of the final slip, and a mask of those that are.
+    """Angles φ (N, 4) of the final slip, and a mask of those that solve its equation.
 
     Friction along −d, d = (cos φ, sin φ), leaves no slip across d. From λ_n (N − µ a·d) = q and
     d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).

@@ -1,4 +1,4 @@
-"""A landing over time: what is asked of it without knowing what makes it last."""
+"""The protocol of a landing over time, which a wing implements."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol

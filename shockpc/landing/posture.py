@@ -395,7 +395,7 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
 
 
 def difference(robot: Robot, Q: Array, Q_to: Array) -> Array:
-    """The displacements (n, nv), tangent of q, from configurations Q (n, nq) to others."""
+    """The displacements (n, nv), tangent of q, from configurations Q (n, nq) to Q_to."""
     return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, Q_to, strict=True)])
 
 

@@ -16,10 +16,10 @@ _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
 """Patterns of lines that CI runners take for commands, and what is printed instead."""
 
 
-def shown_as(value: float, unit: str, digits: int = 3) -> str:
-    """A value with its unit; radians in degrees, metres in millimetres."""
+def shown_as(value: float, unit: str) -> str:
+    """A value of three digits with its unit; radians in degrees, metres in millimetres."""
     factor, name = UNITS.get(unit, (1.0, unit))
-    return f"{round(factor * value, 12) + 0.0:.{digits}g} {name}"
+    return f"{round(factor * value, 12) + 0.0:.3g} {name}"
 
 
 class Cause(NamedTuple):
