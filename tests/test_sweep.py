@@ -977,3 +977,11 @@ def test_a_ball_joint_and_a_point_mass_are_set_as_an_analysis_sets_them():
     ).table
     assert len(set(np.round(table.columns["shock_com@base"], 9))) == 8
     assert table.columns["double_error"].max() < 1e-12
+
+
+@pytest.mark.parametrize("speeds", [{"speed": 1.0}, {"velocity": (0.1, 0.0, -1.0)}])
+def test_a_strike_angle_does_not_vary_in_a_horizontal_plane(speeds):
+    """There is no direction from which it is measured, also where the velocity is given."""
+    scene = Scene(robot="go2", contact="FL_foot", plane="xy", strike=Strike(**speeds))
+    with pytest.raises(ShockError, match=r"^no strike angle is defined in a horizontal plane; ch"):
+        sweep(scene, {"strike-angle": [0.0, 10.0]})

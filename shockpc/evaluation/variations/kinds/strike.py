@@ -60,13 +60,20 @@ class Speed(OfStrike):
 class StrikeAngle(OfStrike):
     """The angle of the velocity from the vertical, in the plane of the strike [deg]."""
 
+    def check_landing(self, varied: Variation, scene: Scene, robot: Robot) -> None:
+        """Refuse a horizontal plane, which has no direction from which the angle is measured."""
+        if plane_of(scene).level:
+            raise StudyError(
+                "no strike angle is defined in a horizontal plane; choose another plane"
+            )
+        super().check_landing(varied, scene, robot)
+
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
         # The strike turns in the plane of the scene as it is given.
         scene = with_plane(scene)
         return replace(scene, strike=scene.strike.turned(float(value), plane_of(scene)))
 
     def present(self, varied: Variation, landing: PosedLanding) -> Iterable[float | None]:
-        # A horizontal plane has no direction from which the angle is measured.
         return [None if landing.plane.level else math.degrees(landing.strike_angle)]
 
     def set_strike(self, rows: RowStrikes, x: Array) -> None:
