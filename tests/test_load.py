@@ -274,12 +274,21 @@ def displaced():
     return model
 
 
+def composite():
+    joint = pin.JointModelComposite(pin.JointModelRX())
+    joint.addJoint(pin.JointModelRY())
+    model = pin.Model()
+    model.addJoint(0, joint, pin.SE3.Identity(), "roll+pitch")
+    return model
+
+
 @pytest.mark.parametrize(
     ("build", "options", "parts"),
     [
         (helical, {}, ['"screw"', "JointModelHX"]),
         (mimicking, {}, ['"panda_finger_joint2"', "JointModelMimic", "URDF"]),
         (displaced, {}, ['"base"', "identity"]),
+        (composite, {}, ['"roll+pitch"', "rename it"]),
         (pin.Model, {}, ["no joint"]),
         (pin.buildSampleModelHumanoid, {"xacro": {"a": "1"}}, ["xacro", "no effect"]),
         (lambda: "anymal_b", {"geometry": pin.GeometryModel()}, ["pinocchio.Model"]),

@@ -80,6 +80,12 @@ def _check_joints(model: pin.Model) -> None:
                     f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}',
                     joints=[name],
                 )
+        if parts and "+" in name:
+            raise RobotError(
+                f'composite joint "{name}" has a + in its name, which separates the names of its '
+                f"parts here; rename it",
+                joints=[name],
+            )
         if parts:
             model.names[k] = "+".join(f"{name}_{number}" for number in range(1, len(parts) + 1))
 
