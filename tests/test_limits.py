@@ -372,6 +372,7 @@ def test_no_value_allowed_is_an_answer(capfd):
     found = hyq(1e-4, strikes=(0.0, 0.0), step=math.radians(0.5))
     (one,) = found.limits
     assert one.intervals == ()
+    assert found.table.units["feasible"] == ""
     best = np.argmin(np.where(found.scan.feasible((0.0, 0.0)), found.scan.at_scene_strike, 1.0))
     assert (one.best, one.best_at) == (found.scan.at_scene_strike[best], found.scan.values[best])
     words = ("limits", *QUESTION, "--max", 1e-4, "--strikes", "0:0", "--step", 0.5)

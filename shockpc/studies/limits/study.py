@@ -135,7 +135,9 @@ class JointLimits:
                 rows.append((*angles, *values, low_end, high_end, feasible))
             if not of_strikes.intervals:
                 rows.append((*angles, *(None,) * len(ends)))
-        return Table.of_rows((*strikes, *ends), rows)
+        table = Table.of_rows((*strikes, *ends), rows)
+        # True or False, also where there is no interval: it is not the quantity of that name.
+        return replace(table, label_units={"feasible": ""})
 
 
 def _typed(robot: Robot, arguments: dict[str, Any]) -> dict[str, Any]:
