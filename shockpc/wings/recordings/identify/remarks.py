@@ -99,8 +99,8 @@ def of_errors(known: Uncertainty, errors: Mapping[str, float]) -> Iterator[str]:
 def of_control(fit: Fit) -> Iterator[str]:
     """A remark that control acts as inertia.
 
-    It is made where joints whose inertia is unknown hardly move before touchdown, as motors hold
-    them.
+    It is made where joints whose inertia is unknown move very little before touchdown, as motors
+    hold them.
 
     A damping k_d takes the impulse k_d t Δq̇ in a window t, as an inertia k_d t would.
     """
@@ -122,7 +122,7 @@ def of_control(fit: Fit) -> Iterator[str]:
     )
     example = "" if window is None else f", {2e-3 * window:.2g} kg m² at k_d = 2 N m s/rad"
     yield (
-        "the joints hardly move before touchdown, so motors may hold them: the damping k_d of "
+        "the joints move very little before touchdown, so motors may hold them: the damping k_d of "
         f"their control acts like an inertia of {inertia}{example}, which the value includes. "
         "Switch the control off before touchdown, or subtract this inertia"
     )
