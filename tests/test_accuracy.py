@@ -38,9 +38,9 @@ from shockpc import (
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowSpace
 from shockpc.judgement.accuracy import (
+    clearly_insensitive,
     data_sensitivity,
     double_error,
-    hardly_sensitive,
     impulse_bound,
     impulse_sizes,
     sensitive,
@@ -86,7 +86,7 @@ def test_warnings_take_one_impact_in_balls(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["go2", "solo12", "leg"])
-def test_what_doubles_call_hardly_sensitive_is(name):
+def test_what_doubles_call_clearly_insensitive_is(name):
     """In random postures; the two patterns of changed digits are ten times below the threshold at
     least.
     """
@@ -105,8 +105,8 @@ def test_what_doubles_call_hardly_sensitive_is(name):
         )
         with mock.patch("shockpc.judgement.accuracy.SENSITIVE", 1e-10):
             warned = data_sensitivity(profile)[1]
-        clear += hardly_sensitive(profile)
-        assert not (hardly_sensitive(profile) and warned)
+        clear += clearly_insensitive(profile)
+        assert not (clearly_insensitive(profile) and warned)
     assert clear == 5
 
 

@@ -10,7 +10,6 @@ import pytest
 from commands import good, run
 
 from shockpc import Scene, ShockCost, Strike, shock_profile
-from shockpc.evaluation.variations.kinds.posture import JOINT_POSITION
 from shockpc.evaluation.variations.kinds.registry import KINDS
 from shockpc.evaluation.variations.variation import Kind
 from shockpc.show.wording import varied_text
@@ -87,12 +86,3 @@ def test_commands_know_its_option_and_its_name(capfd):
     refused = run(capfd, *words, "--drop-height", "0.3")
     assert refused.code == 2
     assert "--drop-height has no effect" in refused.err
-
-
-@pytest.mark.parametrize("kind", [*KINDS.values(), JOINT_POSITION], ids=lambda kind: kind.word)
-def test_a_kind_sets_what_it_says_that_it_changes(kind):
-    """The default of these methods is an error, which no row may reach."""
-    of_kind = type(kind)
-    assert (of_kind.set_posture is not Kind.set_posture) == kind.moves
-    assert (of_kind.set_inertia is not Kind.set_inertia) == kind.inertial
-    assert (of_kind.set_strike is not Kind.set_strike) == (kind.stage(factor=False) == 2)

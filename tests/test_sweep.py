@@ -983,5 +983,5 @@ def test_a_ball_joint_and_a_point_mass_are_set_as_an_analysis_sets_them():
 def test_a_strike_angle_does_not_vary_in_a_horizontal_plane(speeds):
     """There is no direction from which it is measured, also where the velocity is given."""
     scene = Scene(robot="go2", contact="FL_foot", plane="xy", strike=Strike(**speeds))
-    with pytest.raises(ShockError, match=r"^no strike angle is defined in a horizontal plane; ch"):
+    with pytest.raises(ShockError, match=r"^no strike angle is defined in a horizontal plane"):
         sweep(scene, {"strike-angle": [0.0, 10.0]})

@@ -258,10 +258,10 @@ def sensitive(profile: ShockProfile) -> tuple[Diagnostic, ...]:
     Two more impacts in balls decide, which take as long as all numbers together, where doubles
     cannot exclude a warning.
     """
-    return () if hardly_sensitive(profile) else data_sensitivity(profile)[1]
+    return () if clearly_insensitive(profile) else data_sensitivity(profile)[1]
 
 
-def hardly_sensitive(profile: ShockProfile) -> bool:
+def clearly_insensitive(profile: ShockProfile) -> bool:
     """True if the last digits of the data clearly move every result by less than `SENSITIVE`.
 
     A change of the data by a share u changes a motion by about κ u of the fastest one, with the

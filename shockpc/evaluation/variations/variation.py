@@ -60,8 +60,6 @@ class Kind:
         added: whether a value is added to what the landing has.
         nonnegative: whether no value is below zero.
         uncertain: whether it is of the robot or of the ground, not of how the robot lands.
-        moves: whether it changes the posture.
-        inertial: whether it changes only masses, inertias or armatures, which `RowInertias` holds.
         scales: whether it only scales the velocity before the impact, so that no shock depends on
             it.
         lasting: whether it has an effect only on a landing that lasts.
@@ -86,8 +84,6 @@ class Kind:
     added: bool = False
     nonnegative: bool = False
     uncertain: bool = False
-    moves: bool = False
-    inertial: bool = False
     scales: bool = False
     lasting: bool = False
     of_robot: bool = False
@@ -114,6 +110,16 @@ class Kind:
         words = self.title or self.word.replace("-", " ")
         return f"{words} of {target}" if target else words
 
+    @property
+    def moves(self) -> bool:
+        """True if it changes the posture: if its class sets that of rows."""
+        return type(self).set_posture is not Kind.set_posture
+
+    @property
+    def inertial(self) -> bool:
+        """True if it changes only what `RowInertias` holds: if its class sets that of rows."""
+        return type(self).set_inertia is not Kind.set_inertia
+
     def stage(self, factor: bool) -> int:
         """The stage at which a change is computed.
 
@@ -122,6 +128,8 @@ class Kind:
 
         Args: factor, whether values are factors.
         """
+        if type(self).set_strike is not Kind.set_strike:
+            return 2
         return 1 if self.moves or self.inertial else 0
 
     def read(self, robot: Robot, subject: str, target: str, values: Any) -> "Variation":
@@ -248,25 +256,22 @@ class Kind:
         return ()
 
     def set_posture(self, varied: "Variation", rows: RowPostures, x: Array) -> None:
-        """Change the postures of rows, of a kind that moves.
+        """Change the postures of rows; only a kind whose class has this method moves.
 
         Args: x (n,), values [m, rad]; NaN leaves a row as it is.
         """
-        raise NotImplementedError(self.word)
 
     def set_inertia(self, varied: "Variation", rows: RowInertias, x: Array) -> None:
-        """Change the inertias of rows, of an inertial kind.
+        """Change the inertias of rows; only a kind whose class has this method is inertial.
 
         Args: x (n,), values; NaN leaves a row as it is.
         """
-        raise NotImplementedError(self.word)
 
     def set_strike(self, rows: RowStrikes, x: Array) -> None:
-        """Change the strikes of rows, of a kind of stage 2.
+        """Change the strikes of rows; only a kind whose class has this method is of stage 2.
 
         Args: x (...), values [m/s, rad]; NaN leaves a row as it is.
         """
-        raise NotImplementedError(self.word)
 
     def has_derivatives(self, scene: Scene) -> bool:
         """True if there are formulas for derivatives by it in a landing."""

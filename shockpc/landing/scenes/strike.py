@@ -86,6 +86,7 @@ class Strike(Record):
         """
         if self.velocity is None:
             return replace(self, strike_angle_deg=angle, forward_speed=None)
+        _refuse_horizontal(plane)
         velocity = self.vector(plane)
         within = velocity - (velocity @ plane.normal) * plane.normal
         direction = _direction(math.radians(angle), plane)
@@ -109,8 +110,8 @@ class Strike(Record):
             _refuse_out_of_range(max(map(abs, self.velocity)))
             return np.array(self.velocity, dtype=float)
         speed, theta = self._after_fall() if self.drop_height is not None else self._stated()
-        if theta and plane.level:
-            raise SceneError("no strike angle is defined in a horizontal plane; give the velocity")
+        if theta:
+            _refuse_horizontal(plane)
         _refuse_out_of_range(speed)
         return np.asarray(speed * _direction(theta, plane))
 
@@ -162,6 +163,15 @@ class Strike(Record):
                 f"[-180, 180] deg"
             )
         return theta
+
+
+def _refuse_horizontal(plane: "Plane") -> None:
+    """Refuse a strike angle in a plane without a vertical from which it is measured."""
+    if plane.level:
+        raise SceneError(
+            "no strike angle is defined in a horizontal plane; choose another plane, or give the "
+            "velocity without an angle"
+        )
 
 
 def _direction(theta: float, plane: "Plane") -> "Array":

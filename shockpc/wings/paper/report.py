@@ -102,7 +102,8 @@ def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
     """The claims with their outcomes, those that do not hold first."""
     own = _claims_sheet(claims).where(lambda row: not row["alternative"])
     sheet = own.only("outcome", "section", "claim", "value", "holds_if")
-    rows = sorted(sheet.rows, key=lambda row: list(OUTCOMES).index(str(row[0])))
+    order = list(OUTCOMES)
+    rows = sorted(sheet.rows, key=lambda row: order.index(str(row[0])))
     outcomes = [row[0] for row in rows]
     counts = []
     for outcome, words in reversed(OUTCOMES.items()):

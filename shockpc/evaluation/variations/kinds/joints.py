@@ -92,7 +92,6 @@ class Armature(OfDrive):
     """The reflected inertia of joints, before a spring or not [kg m²; kg of prismatic joints]."""
 
     factors: Factors = "also"
-    inertial: bool = True
     of_rotors: bool = True
     option: str = "armature"
     changes_designs: bool = True

@@ -21,7 +21,6 @@ class LinkProperty(Kind):
 
     of: Target = "LINK"
     uncertain: bool = True
-    inertial: bool = True
     of_robot: bool = True
     changes_designs: bool = True
 

@@ -52,7 +52,6 @@ class JointPosition(Kind):
     """The position of joints of one degree of freedom [deg, m]; all that match have the same."""
 
     of: Target = "JOINT"
-    moves: bool = True
     option: str = "set"
 
     def subject(self, target: str) -> str:
@@ -140,7 +139,6 @@ class JointMotion(Kind):
 
     of: Target = "JOINT"
     added: bool = True
-    moves: bool = True
 
     def joints(self, robot: Robot, subject: str, pattern: str) -> list[tuple[Joint, int]]:
         """The joints that can move so, each with the index of this velocity.
@@ -207,7 +205,6 @@ class Attitude(Kind):
     """An angle of the base: roll, pitch or yaw [deg]."""
 
     unit: str = "deg"
-    moves: bool = True
     option: str = "base-rpy"
 
     def check_robot(self, robot: Robot, subject: str) -> None:

@@ -21,9 +21,6 @@ from shockpc.text.errors import StudyError
 class OfStrike(Kind):
     """A number of the strike: a change of it needs only another product with the maps."""
 
-    def stage(self, factor: bool) -> int:
-        return 2
-
     def check_landing(self, varied: Variation, scene: Scene, robot: Robot) -> None:
         """Refuse values with which a strike has no velocity."""
         plane = plane_of(scene)
@@ -59,14 +56,6 @@ class Speed(OfStrike):
 @dataclass(frozen=True)
 class StrikeAngle(OfStrike):
     """The angle of the velocity from the vertical, in the plane of the strike [deg]."""
-
-    def check_landing(self, varied: Variation, scene: Scene, robot: Robot) -> None:
-        """Refuse a horizontal plane, which has no direction from which the angle is measured."""
-        if plane_of(scene).level:
-            raise StudyError(
-                "no strike angle is defined in a horizontal plane; choose another plane"
-            )
-        super().check_landing(varied, scene, robot)
 
     def scene_with(self, varied: Variation, scene: Scene, robot: Robot, value: Any) -> Scene:
         # The strike turns in the plane of the scene as it is given.
